@@ -1,0 +1,135 @@
+//! The serialised result that everything is exported from: teeth, layout, poses, settings.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::motion::Class;
+use crate::settings::Settings;
+use crate::solid::recipe::Recipe;
+
+/// Version of the `design.json` format.
+pub const FORMAT: u32 = 1;
+
+/// A complete design; `design.json` is this, in mm and rad, frames of the README's "Frames".
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Design {
+    /// [`FORMAT`] of the writer.
+    pub format: u32,
+    /// `mpcgear` version that wrote it.
+    pub generator: String,
+    /// Name from the motion file.
+    pub name: String,
+    /// Class of the joint.
+    pub class: Class,
+    /// Everything the user set, defaults filled in.
+    pub settings: Settings,
+    /// The motion itself, self-contained (tables inlined), so that any φ can be evaluated again.
+    pub motion: crate::motion::MotionSource,
+    /// The K sub-gear pairs.
+    pub sub_gear_pairs: Vec<SubGearPair>,
+    /// Cross sections of the teeth.
+    pub section: Section,
+    /// Hubs, joints, support: parametric solids of every body. Empty until built.
+    pub recipe: Recipe,
+    /// Q over the period.
+    pub closure: Vec<ClosureSample>,
+    /// Why the design is not a working gear; empty when it is.
+    pub problems: Vec<String>,
+}
+
+/// One band: J tooth pairs that realise contact k over the whole period.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubGearPair {
+    /// Design variables of the band (normal-first parameterisation), empty for `paper`.
+    pub parameters: Vec<f64>,
+    /// The J tooth pairs, in order of contact.
+    pub teeth: Vec<ToothPair>,
+}
+
+/// One tooth pair: a tooth on the driver and its mate on the follower.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToothPair {
+    /// Start of the contact interval, rad (may be < 0; periodic).
+    pub phi_start: f64,
+    /// End of the contact interval, rad.
+    pub phi_end: f64,
+    /// Control points of a clamped uniform cubic B-spline fitted to the locus p(φ), mm.
+    pub control_points: Vec<[f64; 3]>,
+    /// Largest distance between that spline and the locus, mm.
+    pub fit_error: f64,
+    /// Contact stations from `phi_start` to `phi_end`, equally spaced.
+    pub stations: Vec<Station>,
+}
+
+/// One contact station of a tooth pair.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Station {
+    /// Driver angle, rad.
+    pub phi: f64,
+    /// Contact point in Σ, mm.
+    pub p: [f64; 3],
+    /// Contact normal in Σ, unit, into the follower.
+    pub n: [f64; 3],
+    /// Contact point in the driver frame, mm.
+    pub p1: [f64; 3],
+    /// −(M¹)⁻¹ n: into the driver's material.
+    pub n1: [f64; 3],
+    /// Unit tangent of the driver's curve, driver frame.
+    pub t1: [f64; 3],
+    /// Contact point in the follower frame, mm.
+    pub p2: [f64; 3],
+    /// (M²)⁻¹ n: into the follower's material.
+    pub n2: [f64; 3],
+    /// Unit tangent of the follower's curve, follower frame.
+    pub t2: [f64; 3],
+}
+
+/// Which gear.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Gear {
+    /// Turned by the motor about x = −L.
+    Driver,
+    /// Performs the motion.
+    Follower,
+}
+
+impl Station {
+    /// Contact point, normal into the material and unit tangent in the frame of `gear`.
+    pub fn frame(&self, gear: Gear) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
+        match gear {
+            Gear::Driver => (self.p1.into(), self.n1.into(), self.t1.into()),
+            Gear::Follower => (self.p2.into(), self.n2.into(), self.t2.into()),
+        }
+    }
+}
+
+/// Cross section shared by all teeth, in the frame (n into the material, b outwards from the hub), mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Extent along n.
+    pub thickness: f64,
+    /// Radius of the convex flanks.
+    pub flank_radius: f64,
+    /// Extent along +b beyond the contact point.
+    pub tip: f64,
+    /// Extent along −b behind the contact point.
+    pub root: f64,
+    /// Flank-to-flank gap; each gear's section starts half of it behind its contact point.
+    pub clearance: f64,
+    /// Thickness of the rib between root and hub.
+    pub rib: f64,
+}
+
+/// Q at one driver angle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ClosureSample {
+    /// Driver angle, rad.
+    pub phi: f64,
+    /// Q(φ) of Eq. 4 (mixed units in classes with translation).
+    pub q: f64,
+    /// Q with moments divided by L/2.
+    pub q_star: f64,
+    /// N·Q*/mean|n̄*|, quality in (−∞, 1].
+    pub eta: f64,
+}

@@ -1,0 +1,101 @@
+//! What hubs and joints need at least: shared by the search (keep-out regions of the teeth) and by
+//! the solids (the dimensions themselves), so that both speak of the same mechanism.
+
+use serde::{Deserialize, Serialize};
+
+use crate::motion::Motion;
+use crate::settings::Settings;
+
+/// Extremes of the motion that the frame has to leave room for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reach {
+    /// Largest angle between the follower's hub axis and z, rad.
+    pub tilt: f64,
+    /// Lowest and highest joint centre, mm.
+    pub lift: (f64, f64),
+}
+
+impl Reach {
+    /// Samples the motion at 720 phases.
+    pub fn of(motion: &Motion) -> Reach {
+        let mut reach = Reach {
+            tilt: 0.0,
+            lift: (0.0, 0.0),
+        };
+        for i in 0..720 {
+            let phi = f64::from(i) * std::f64::consts::TAU / 720.0;
+            let axis_z = motion.state(phi).pose.rotation[(2, 2)];
+            reach.tilt = reach.tilt.max(axis_z.clamp(-1.0, 1.0).acos());
+            let z = motion.joint_centre(phi).z;
+            reach.lift = (reach.lift.0.min(z), reach.lift.1.max(z));
+        }
+        reach
+    }
+}
+
+/// Ball and socket of the spherical classes, centred at the joint centre (mm, rad).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BallJoint {
+    /// Radius of the follower's ball.
+    pub ball_radius: f64,
+    /// Radius of the follower's necks above and below the ball.
+    pub neck_radius: f64,
+    /// Half angle of the socket's openings, seen from the centre.
+    pub opening: f64,
+    /// Outer radius of the socket ring about z.
+    pub ring_radius: f64,
+    /// The ring fills |z| ≤ this.
+    pub ring_half_height: f64,
+    /// The arm from the ring towards +x fills |z| ≤ this.
+    pub arm_half_height: f64,
+    /// … and |y| ≤ this.
+    pub arm_half_width: f64,
+    /// The follower's drums begin at |z| = this (follower frame).
+    pub drum_start: f64,
+}
+
+/// Least room for hubs and joints.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Envelope {
+    /// Extremes of the motion.
+    pub reach: Reach,
+    /// Smallest radius of the driver's hub, about the driver axis.
+    pub driver_hub_radius: f64,
+    /// Smallest radius of the follower's hub, about the follower's z axis.
+    pub follower_hub_radius: f64,
+    /// Ball and socket; `None` for the pin of 1R and 1R1T.
+    pub ball_joint: Option<BallJoint>,
+}
+
+impl Envelope {
+    /// Dimensions for `motion` under `settings`.
+    pub fn new(motion: &Motion, settings: &Settings) -> Envelope {
+        let reach = Reach::of(motion);
+        let (support, fit, hub) = (&settings.support, &settings.fit, &settings.hub);
+        let ball_joint = motion.class().is_spherical().then(|| {
+            let gap = fit.safety_gap_mm;
+            let neck_angle = ((support.neck_radius_mm + gap) / support.ball_radius_mm)
+                .min(1.0)
+                .asin();
+            let opening = neck_angle + reach.tilt;
+            let ring_half_height = support.ball_radius_mm * opening.cos();
+            let (sin, cos) = reach.tilt.sin_cos();
+            BallJoint {
+                ball_radius: support.ball_radius_mm,
+                neck_radius: support.neck_radius_mm,
+                opening,
+                ring_radius: support.ball_radius_mm + fit.joint_play_mm + support.socket_wall_mm,
+                ring_half_height,
+                arm_half_height: ring_half_height.min(3.5),
+                arm_half_width: support.ball_radius_mm,
+                drum_start: (ring_half_height + gap + hub.follower_radius_mm * sin) / cos,
+            }
+        });
+        Envelope {
+            reach,
+            driver_hub_radius: hub.driver_radius_mm,
+            follower_hub_radius: hub.follower_radius_mm,
+            ball_joint,
+        }
+    }
+}

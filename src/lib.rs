@@ -1,0 +1,19 @@
+//! Multi-point conjugation gears: from a periodic rigid-body motion to a printable gear mechanism.
+//!
+//! One way through the house: [`motion`] → [`contact`] → [`sub_gear`] → [`search`] → [`design`] →
+//! [`solid`] → [`verify`] → [`export`].
+
+pub mod closure;
+pub mod contact;
+pub mod design;
+pub mod envelope;
+mod error;
+pub mod export;
+pub mod motion;
+pub mod search;
+pub mod settings;
+pub mod solid;
+pub mod sub_gear;
+pub mod verify;
+
+pub use error::{Error, Problem, Result};

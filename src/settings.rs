@@ -1,0 +1,235 @@
+//! Every setting of a design with its documented default; the `[gear]`, `[fit]`, `[hub]`,
+//! `[spokes]`, `[support]`, `[search]` tables of a motion file are read straight into these.
+
+use serde::{Deserialize, Serialize};
+
+/// All settings of a design.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Tooth and band geometry.
+    pub gear: Gear,
+    /// Gaps between moving parts.
+    pub fit: Fit,
+    /// Hubs, shafts and the end-effector mount.
+    pub hub: Hub,
+    /// Ribs that carry the teeth.
+    pub spokes: Spokes,
+    /// Frame and joints.
+    pub support: Support,
+    /// Optimiser.
+    pub search: Search,
+}
+
+/// Number of sub-gear pairs K: from N+1 upwards, or fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PairCount {
+    /// A fixed K ≥ N+1.
+    Fixed(usize),
+    /// `"auto"`: from N+1 upwards until feasible.
+    Auto(Auto),
+}
+
+/// The word `auto`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Auto {
+    /// `"auto"`.
+    #[serde(rename = "auto")]
+    Auto,
+}
+
+/// Tooth and band geometry (defaults: the publication's constants).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gear {
+    /// L, distance from O to the driver axis, mm. Default 25.
+    pub center_distance_mm: f64,
+    /// J, teeth per band on driver and follower. Default 10.
+    pub teeth: usize,
+    /// c, contact ratio. Default 1.44.
+    pub contact_ratio: f64,
+    /// K, number of sub-gear pairs. Default "auto".
+    pub sub_gear_pairs: PairCount,
+    /// Tooth thickness across the bead, along the contact normal, mm. Default 1.8.
+    pub tooth_thickness_mm: f64,
+    /// Radius of the convex flank around the contact point, mm; at most half the thickness. Default 0.9.
+    pub flank_radius_mm: f64,
+    /// Height of the tooth beyond the contact point, mm; at most the flank radius. Default 0.9.
+    pub tip_mm: f64,
+    /// Depth of the fixed cross section behind the contact point, towards the hub, mm. Default 1.2.
+    pub root_mm: f64,
+    /// Smallest wall anywhere, mm. Default 0.8.
+    pub minimum_wall_mm: f64,
+    /// l, control points of the published locus spline. Default 4.
+    pub locus_control_points: usize,
+    /// ρ, control points of the published normal-angle spline. Default 4.
+    pub normal_control_points: usize,
+    /// R, samples of Q per subinterval. Default 36.
+    pub samples: usize,
+    /// ε, threshold of the form-closure indicator. Default 0.02.
+    pub closure_threshold: f64,
+    /// ω₁, weight of E_norm. Default 120.
+    pub norm_weight: f64,
+}
+
+impl Default for Gear {
+    fn default() -> Self {
+        Gear {
+            center_distance_mm: 25.0,
+            teeth: 10,
+            contact_ratio: 1.44,
+            sub_gear_pairs: PairCount::Auto(Auto::Auto),
+            tooth_thickness_mm: 1.8,
+            flank_radius_mm: 0.9,
+            tip_mm: 0.9,
+            root_mm: 1.2,
+            minimum_wall_mm: 0.8,
+            locus_control_points: 4,
+            normal_control_points: 4,
+            samples: 36,
+            closure_threshold: 0.02,
+            norm_weight: 120.0,
+        }
+    }
+}
+
+/// Gaps between moving parts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Fit {
+    /// Flank-to-flank gap at the contact, mm; half is taken off each tooth. Default 0.1.
+    pub clearance_mm: f64,
+    /// Radial gap of pins, journals and the ball, mm. Default 0.15.
+    pub joint_play_mm: f64,
+    /// Smallest gap wanted between parts that must never touch, mm. Default 0.3.
+    pub safety_gap_mm: f64,
+}
+
+impl Default for Fit {
+    fn default() -> Self {
+        Fit {
+            clearance_mm: 0.1,
+            joint_play_mm: 0.15,
+            safety_gap_mm: 0.3,
+        }
+    }
+}
+
+/// Hubs, shafts and the end-effector mount.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Hub {
+    /// Smallest driver hub radius, mm; grows to what the follower's teeth leave free. Default 7.
+    pub driver_radius_mm: f64,
+    /// Smallest follower hub radius, mm; grows to what the driver's teeth leave free. Default 5.5.
+    pub follower_radius_mm: f64,
+    /// Radius of the driver's shaft journals, mm. Default 4.
+    pub journal_radius_mm: f64,
+    /// Length of the driver's shaft end beyond the upper bearing, with a flat for a crank or coupling, mm. Default 12.
+    pub shaft_end_mm: f64,
+    /// Radius of the end-effector mount's flange, mm. Default 8.
+    pub mount_radius_mm: f64,
+    /// Thickness of the end-effector mount's flange, mm. Default 3.
+    pub mount_thickness_mm: f64,
+    /// Screw holes in the mount's bolt circle. Default 3.
+    pub mount_holes: usize,
+    /// Diameter of those holes, mm. Default 2.5 (tapped M3).
+    pub mount_hole_diameter_mm: f64,
+}
+
+impl Default for Hub {
+    fn default() -> Self {
+        Hub {
+            driver_radius_mm: 7.0,
+            follower_radius_mm: 5.5,
+            journal_radius_mm: 4.0,
+            shaft_end_mm: 12.0,
+            mount_radius_mm: 8.0,
+            mount_thickness_mm: 3.0,
+            mount_holes: 3,
+            mount_hole_diameter_mm: 2.5,
+        }
+    }
+}
+
+/// Ribs that carry the teeth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Spokes {
+    /// Thickness of the rib from tooth root to hub, mm; at most the tooth thickness. Default 1.4.
+    pub thickness_mm: f64,
+}
+
+impl Default for Spokes {
+    fn default() -> Self {
+        Spokes { thickness_mm: 1.4 }
+    }
+}
+
+/// Frame and joints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Support {
+    /// Thickness of the base plate, mm. Default 6.
+    pub plate_mm: f64,
+    /// Radius of the follower's ball (3R, 3R1T), mm. Default 7.
+    pub ball_radius_mm: f64,
+    /// Radius of the follower's necks beside the ball, mm. Default 4.
+    pub neck_radius_mm: f64,
+    /// Wall of the socket around the ball, mm. Default 2.5.
+    pub socket_wall_mm: f64,
+    /// Radius of the follower's pin (1R, 1R1T), mm. Default 3.5.
+    pub pin_radius_mm: f64,
+    /// Screw size of the frame, clearance-hole diameter, mm. Default 3.4 (M3).
+    pub screw_hole_diameter_mm: f64,
+}
+
+impl Default for Support {
+    fn default() -> Self {
+        Support {
+            plate_mm: 6.0,
+            ball_radius_mm: 7.0,
+            neck_radius_mm: 4.0,
+            socket_wall_mm: 2.5,
+            pin_radius_mm: 3.5,
+            screw_hole_diameter_mm: 3.4,
+        }
+    }
+}
+
+/// How tooth pairs are parameterised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Normal first: conjugation exact by construction.
+    #[default]
+    Exact,
+    /// The published B-spline formulation with penalties, solved by SLSQP.
+    Paper,
+}
+
+/// Optimiser settings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Search {
+    /// Seed of all random streams. Default 1.
+    pub seed: u64,
+    /// Work relative to the default: candidates, generations, polish. Default 1.
+    pub effort: f64,
+    /// Stop after this long and keep the best, s; 0 = no limit. Default 0.
+    pub time_limit_s: f64,
+    /// Parameterisation. Default "exact".
+    pub method: Method,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Search {
+            seed: 1,
+            effort: 1.0,
+            time_limit_s: 0.0,
+            method: Method::Exact,
+        }
+    }
+}
