@@ -5,35 +5,38 @@ use nalgebra::Vector3;
 use crate::contact::{Grid, ToothLaw, Trace, trace};
 use crate::design::Gear;
 
-/// Design variables of a band: one tooth law, and how four of its numbers vary from tooth to tooth
-/// with the first two harmonics of the driver angle at mid contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Design variables of a band: one tooth law, and how four of its numbers vary from tooth to tooth.
+#[derive(Debug, Clone, PartialEq)]
 pub struct BandLaw {
-    /// Mean law of the band.
+    /// Law common to the band.
     pub tooth: ToothLaw,
-    /// Amplitudes (cos φ, sin φ, cos 2φ, sin 2φ) added to α, β (rad), offset and z (mm).
-    pub waves: [[f64; 4]; 4],
+    /// Added to α, β (rad), offset and z (mm) of tooth j.
+    pub shifts: Vec<[f64; 4]>,
 }
 
 impl BandLaw {
-    /// Law of the tooth whose contact interval is centred at driver angle `phi`.
-    pub fn at(&self, phi: f64) -> ToothLaw {
-        let basis = [phi.cos(), phi.sin(), (2.0 * phi).cos(), (2.0 * phi).sin()];
-        let wave = |w: &[f64; 4]| w.iter().zip(basis).map(|(a, b)| a * b).sum::<f64>();
+    /// J equal teeth.
+    pub fn uniform(tooth: ToothLaw, teeth: usize) -> BandLaw {
+        BandLaw { tooth, shifts: vec![[0.0; 4]; teeth] }
+    }
+
+    /// Law of tooth `j`.
+    pub fn at(&self, j: usize) -> ToothLaw {
+        let [alpha, beta, offset, z] = self.shifts[j];
         let mut law = self.tooth;
-        law.alpha += wave(&self.waves[0]);
-        law.beta += wave(&self.waves[1]);
-        law.offset += wave(&self.waves[2]);
-        law.z += wave(&self.waves[3]);
+        law.alpha += alpha;
+        law.beta += beta;
+        law.offset += offset;
+        law.z += z;
         law
     }
 
     /// All design variables in a row, as stored in `design.json`.
-    pub fn to_parameters(self) -> Vec<f64> {
+    pub fn to_parameters(&self) -> Vec<f64> {
         let t = self.tooth;
         let mut row =
             vec![t.alpha, t.beta, t.alpha_change, t.beta_change, t.side, t.z, t.travel, t.offset];
-        row.extend(self.waves.iter().flatten());
+        row.extend(self.shifts.iter().flatten());
         row
     }
 }
@@ -85,42 +88,36 @@ impl Band {
     /// Traces all teeth of `law`.
     ///
     /// # Errors
-    /// [`Flaw::Degenerate`] when a tooth cannot be traced.
-    pub fn trace(grid: &Grid, law: BandLaw) -> Result<Band, Flaw> {
+    /// The first flaw of a tooth by itself.
+    pub fn trace(grid: &Grid, law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
         let teeth = (0..grid.teeth.len())
-            .map(|j| {
-                let middle = grid.teeth[j][grid.steps].phi;
-                trace(grid, j, &law.at(middle)).ok_or(Flaw::Degenerate)
-            })
+            .map(|j| tooth(grid, j, &law.at(j), margins))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Band { law, teeth })
     }
 
-    /// Checks what every tooth must satisfy by itself: gap, cusp, fold.
+    /// Traces all teeth of `law`, raising the pressure angle of those that would cross their mates
+    /// beside the contact: a steeper push parts the surfaces faster, at the price of less torque.
     ///
     /// # Errors
-    /// The first flaw found.
-    pub fn check_teeth(&self, grid: &Grid, margins: &Margins) -> Result<(), Flaw> {
-        for (j, tooth) in self.teeth.iter().enumerate() {
-            for c in tooth {
-                let finite = c.gap.is_finite() && c.p.iter().all(|x| x.is_finite());
-                if !finite {
-                    return Err(Flaw::Degenerate);
-                }
-                if c.gap < margins.gap {
-                    return Err(Flaw::Gap);
-                }
-                if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {
-                    return Err(Flaw::Cusp);
-                }
-            }
-            for gear in [Gear::Driver, Gear::Follower] {
-                if folds(grid, j, tooth, gear, margins.bead_radius) {
-                    return Err(Flaw::Fold);
+    /// The flaw of the first tooth that no pressure angle up to 70° mends.
+    pub fn mend(grid: &Grid, mut law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
+        let mut teeth = Vec::with_capacity(grid.teeth.len());
+        for j in 0..grid.teeth.len() {
+            loop {
+                match tooth(grid, j, &law.at(j), margins) {
+                    Ok(trace) => {
+                        teeth.push(trace);
+                        break;
+                    }
+                    Err(Flaw::Gap) if law.at(j).alpha < 70f64.to_radians() => {
+                        law.shifts[j][0] += 5f64.to_radians();
+                    }
+                    Err(flaw) => return Err(flaw),
                 }
             }
         }
-        Ok(())
+        Ok(Band { law, teeth })
     }
 
     /// Axis of the bead of tooth `j` in the frame of `gear`: the contact curve moved by the bead
@@ -136,6 +133,28 @@ impl Band {
             })
             .collect()
     }
+}
+
+/// Traces one tooth and checks what it must satisfy by itself: gap, cusp, fold.
+fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Trace, Flaw> {
+    let tooth = trace(grid, j, law).ok_or(Flaw::Degenerate)?;
+    for c in &tooth {
+        if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
+            return Err(Flaw::Degenerate);
+        }
+        if c.gap < margins.gap {
+            return Err(Flaw::Gap);
+        }
+        if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {
+            return Err(Flaw::Cusp);
+        }
+    }
+    for gear in [Gear::Driver, Gear::Follower] {
+        if folds(grid, j, &tooth, gear, margins.bead_radius) {
+            return Err(Flaw::Fold);
+        }
+    }
+    Ok(tooth)
 }
 
 /// Contact point, normal into the material and tangent of station `i` of tooth `j` in the frame of
