@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use super::clearance::{Scene, Swept};
 use super::polish::mutate;
 use crate::closure::{Wrench, wrench};
-use crate::contact::{Grid, ToothLaw};
+use crate::contact::Grid;
 use crate::design::Gear;
 use crate::motion::{Class, Motion};
 use crate::settings::Settings;
-use crate::sub_gear::{Band, BandLaw, Flaw, Margins};
+use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch};
 
 /// Everything a candidate is judged by; built once per search.
 #[derive(Debug, Clone)]
@@ -139,55 +139,55 @@ impl Workshop {
     pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
         let s = self.scale;
         let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
-        let travel = rng.random_range(1.5..12.0) * s * sign(rng);
+        let travel = rng.random_range(3.0..12.0) * s * sign(rng);
         let z = if self.class.is_spherical() {
             (rng.random_range(5.0..22.0) * s + 0.5 * travel.abs()) * sign(rng)
         } else {
             rng.random_range(-16.0..16.0) * s
         };
-        let tooth = ToothLaw {
-            alpha: rng.random_range(5f64.to_radians()..50f64.to_radians()),
-            beta: rng.random_range(-(60f64.to_radians())..60f64.to_radians()),
-            alpha_change: rng.random_range(-0.6..0.6),
-            beta_change: rng.random_range(-0.6..0.6),
+        let sketch = Sketch {
+            alpha: rng.random_range(10f64.to_radians()..55f64.to_radians()),
+            alpha_change: rng.random_range(-0.3..0.3),
+            roll: rng.random_range(0.2..1.2),
+            beta_change: rng.random_range(-0.3..0.3),
             side: sign(rng),
             z,
             travel,
-            offset: rng.random_range(-3.0..3.0) * s,
+            offset: rng.random_range(-1.5..1.5) * s,
         };
-        BandLaw::uniform(tooth, self.grid.teeth.len())
+        BandLaw::uniform(sketch, self.grid.teeth.len())
     }
 
-    /// The other flank: a band of the opposite turning side that shares the teeth's axial range. Turned
-    /// half a turn about x (helical fins keep their hand) or mirrored in y, with time reversed, which
-    /// maps a uniform motion on itself; wobble needs the random change on top.
+    /// The other flank: a band of the opposite turning side that shares the teeth's axial range, as the
+    /// two flanks of a helical tooth do. Half a turn about the x axis with time reversed maps a uniform
+    /// motion on itself and a helical fin on one of the same hand; an axial shift sets the two fins side
+    /// by side; wobble needs the random change on top.
     fn opposite(&self, rng: &mut impl Rng, law: &BandLaw) -> BandLaw {
-        let mut tooth = law.tooth;
+        let mut law = law.clone();
+        let tooth = &mut law.sketch;
         tooth.side = -tooth.side;
+        tooth.beta_change = -tooth.beta_change;
         tooth.alpha_change = -tooth.alpha_change;
-        if rng.random::<bool>() {
-            tooth.beta = -tooth.beta;
-        } else {
-            tooth.travel = -tooth.travel;
-            tooth.beta_change = -tooth.beta_change;
+        let shift = rng.random_range(1.0..6.0) * self.scale;
+        tooth.z += if rng.random::<bool>() { shift } else { -shift };
+        for s in &mut law.shifts {
+            s[1] = -s[1];
         }
-        mutate(rng, BandLaw::uniform(tooth, law.shifts.len()), 1.5, self.scale)
+        mutate(rng, law, 1.0, self.scale)
     }
 
-    /// Draws pairs of flanks that share their axial range: usable and compatible ones, two after two.
-    pub fn sample_pairs(&self, seed: u64, first: usize, count: usize) -> Vec<[Candidate; 2]> {
-        (first..first + count)
-            .into_par_iter()
-            .filter_map(|i| {
+    /// Looks for the opposite flank of each of `bands`: usable and compatible pairs.
+    pub fn pair(&self, seed: u64, bands: &[Candidate], tries: usize) -> Vec<[Candidate; 2]> {
+        bands
+            .par_iter()
+            .enumerate()
+            .filter_map(|(i, a)| {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                rng.set_stream(i as u64);
-                let make = |law| {
-                    let band = Band::mend(&self.grid, law, &self.margins)?;
-                    self.finish(&self.check_spacing(band)?)
-                };
-                let a = make(self.draw(&mut rng)).ok()?;
-                (0..24).find_map(|_| {
-                    let b = make(self.opposite(&mut rng, &a.law)).ok()?;
+                rng.set_stream((4 << 40) + i as u64);
+                (0..tries).find_map(|_| {
+                    let law = self.opposite(&mut rng, &a.law);
+                    let band = Band::mend(&self.grid, law, &self.margins).ok()?;
+                    let b = self.finish(&self.check_spacing(band).ok()?).ok()?;
                     self.scene.compatible(&a.swept, &b.swept).then(|| [a.clone(), b])
                 })
             })

@@ -93,10 +93,10 @@ pub(super) fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64
             *x += draw * size * step;
         }
     };
-    let t = &mut law.tooth;
+    let t = &mut law.sketch;
     for (x, size) in [
         (&mut t.alpha, 0.1),
-        (&mut t.beta, 0.1),
+        (&mut t.roll, 0.1),
         (&mut t.alpha_change, 0.1),
         (&mut t.beta_change, 0.1),
         (&mut t.z, 0.8 * scale),
