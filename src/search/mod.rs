@@ -2,5 +2,7 @@
 
 pub mod candidates;
 pub mod clearance;
+mod paper;
 pub mod polish;
 pub mod select;
+pub mod slsqp;
