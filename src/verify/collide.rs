@@ -86,10 +86,11 @@ impl<'a> Placed<'a> {
         Placed { first, second, pose, turned: pose.rotation.abs() }
     }
 
-    /// Nearest place of the two surfaces closer than `within`; stops at the first one not farther
-    /// than `enough`. `hint` is a pair that was near at a neighbouring pose.
-    pub fn nearest(&self, within: f64, enough: f64, hint: Option<(usize, usize)>) -> Option<Near> {
-        let mut search = Search { within, enough, best: None };
+    /// A place of the two surfaces closer than `within` that no other place undercuts by more than
+    /// the share `slack` of its distance; stops at the first that touches. `hint` is a pair that
+    /// was near at a neighbouring pose.
+    pub fn nearest(&self, within: f64, slack: f64, hint: Option<(usize, usize)>) -> Option<Near> {
+        let mut search = Search { within, keep: 1.0 - slack, best: None };
         if let Some(pair) = hint {
             self.offer(pair, &self.second_triangle(pair.1), &mut search);
         }
@@ -101,7 +102,7 @@ impl<'a> Placed<'a> {
 
     /// Whether the surfaces touch.
     pub fn touch(&self, hint: Option<(usize, usize)>) -> Option<Near> {
-        self.nearest(TOUCH, TOUCH, hint)
+        self.nearest(TOUCH, 0.0, hint)
     }
 
     /// Pairs that may come closer than `floor` within ±`half` of this phase; empty means proven clear.
@@ -209,7 +210,7 @@ impl<'a> Placed<'a> {
 
     fn offer(&self, pair: (usize, usize), other: &Triangle, search: &mut Search) {
         if let Some(closest) = self.first.triangles[pair.0].closest(other, search.within) {
-            search.within = closest.distance;
+            search.within = closest.distance * search.keep;
             search.best = Some(Near { closest, pair });
         }
     }
@@ -246,12 +247,12 @@ impl<'a> Placed<'a> {
 /// State of one branch-and-bound search.
 struct Search {
     within: f64,
-    enough: f64,
+    keep: f64,
     best: Option<Near>,
 }
 
 impl Search {
     fn done(&self) -> bool {
-        self.best.is_some_and(|b| b.closest.distance <= self.enough)
+        self.best.is_some_and(|b| b.closest.distance <= TOUCH)
     }
 }

@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::collide::Placed;
-use super::mover::{Mechanism, Mover};
+use super::mechanism::Mechanism;
 use super::overlap::Part;
 use crate::motion::{Class, Pose};
+use crate::solid::assembly::Carrier;
 
 /// A displacement that the driver does not stop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -107,12 +108,12 @@ impl Held<'_> {
     fn hits(&self, phi: f64, u: &DVector<f64>) -> bool {
         let motion = self.mechanism.motion;
         let moved = displacement(motion.class(), u, motion.joint_centre(phi));
-        let follower = self.mechanism.placed(Mover::Follower, phi);
+        let follower = self.mechanism.pose(Carrier::Follower, phi);
         let follower = Pose {
             rotation: moved.rotation * follower.rotation,
             translation: moved.apply(follower.translation),
         };
-        let pose = self.mechanism.placed(Mover::Driver, phi).inverse_mul(&follower);
+        let pose = self.mechanism.pose(Carrier::Driver, phi).inverse_mul(&follower);
         Placed::new(&self.driver.tree, &self.follower.tree, pose).touch(None).is_some()
     }
 }

@@ -3,8 +3,8 @@
 
 mod collide;
 mod escape;
+mod mechanism;
 pub mod mesh;
-mod mover;
 mod overlap;
 pub mod thickness;
 mod tree;
@@ -12,7 +12,7 @@ mod triangle;
 
 pub use escape::{Escape, directions, displacement};
 pub use mesh::{Defect, MeshProblem};
-pub use mover::{Mechanism, Mover, RigidBody};
+pub use mechanism::Mechanism;
 pub use overlap::{PairProof, Place};
 pub use thickness::{Wall, WallSettings};
 
@@ -22,6 +22,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use crate::design::ClosureSample;
+use crate::solid::assembly::{Carrier, SolidBody};
 use crate::{Error, Result};
 use escape::Held;
 use overlap::{OverlapSettings, Part};
@@ -29,7 +30,7 @@ use overlap::{OverlapSettings, Part};
 /// How densely to look and what to demand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProofSettings {
-    /// Phases at which gaps are measured. Default 360.
+    /// Least number of parts the turn is cut into to look for gaps. Default 360.
     pub phases: usize,
     /// Phases at which escapes are tried. Default 72.
     pub escape_phases: usize,
@@ -103,12 +104,12 @@ impl Proof {
             if let Some(place) = &pair.overlap_at {
                 let volume = pair.overlap_mm3.map_or("an unmeasurable volume".into(), |v| format!("{v:.4} mm³"));
                 all.push(format!(
-                    "{a} and {b} overlap by up to {volume} at {} phases, worst at {place}",
-                    pair.colliding_phases
+                    "{a} and {b} overlap by up to {volume} in {} steps of the turn, worst at {place}",
+                    pair.colliding_steps
                 ));
             } else if let Some(place) = pair.doubts.first() {
                 all.push(format!(
-                    "{a} and {b} are not proven apart between the sampled phases, first at {place}"
+                    "{a} and {b} are not proven apart, first doubt at {place}"
                 ));
             }
         }
@@ -133,24 +134,18 @@ impl Proof {
     }
 }
 
-impl std::fmt::Display for Place {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [x, y, z] = self.at;
-        write!(f, "φ = {:.2}°, ({x:.2}, {y:.2}, {z:.2}) mm", self.phi.to_degrees())
-    }
-}
-
 /// Told what is being proven and how much of it is done, 0 to 1; `Break` stops.
 pub type Progress<'a> = dyn FnMut(&str, f64) -> ControlFlow<()> + 'a;
 
-/// Proves a mechanism from its meshes. `bodies` are in assembled position at φ = 0; `closure` is Q
+/// Proves a mechanism from its meshes. `bodies` are in their own frames ([`Mechanism::assembled`] brings
+/// them there from files); `closure` is Q
 /// over the period, ascending in φ.
 ///
 /// # Errors
 /// [`Error::Interrupted`] when `progress` breaks; [`Error::Internal`] when a driver or follower is
 /// missing or `closure` is empty.
 pub fn prove(
-    bodies: &[RigidBody],
+    bodies: &[SolidBody],
     mechanism: &Mechanism,
     (settings, closure): (&ProofSettings, &[ClosureSample]),
     progress: &mut Progress,
@@ -187,24 +182,24 @@ pub fn prove(
     let parts: Vec<Part> = bodies.iter().map(Part::new).collect();
     let moving: Vec<(usize, usize)> = (0..parts.len())
         .flat_map(|i| (i + 1..parts.len()).map(move |j| (i, j)))
-        .filter(|&(i, j)| parts[i].body.mover != parts[j].body.mover)
+        .filter(|&(i, j)| parts[i].body.carrier != parts[j].body.carrier)
         .collect();
-    let overlap = OverlapSettings { phases: settings.phases, floor: 2.0 * settings.grown_by_mm };
+    let overlap = OverlapSettings { steps: settings.phases, floor: 2.0 * settings.grown_by_mm };
     let mut pairs = Vec::new();
     for (done, &(i, j)) in moving.iter().enumerate() {
         step("overlap", 0.3 + 0.5 * done as f64 / moving.len() as f64)?;
         pairs.push(overlap::apart((&parts[i], &parts[j]), mechanism, &overlap));
     }
     step("escapes", 0.8)?;
-    let find = |mover: Mover| {
+    let find = |carrier: Carrier| {
         parts
             .iter()
-            .find(|p| p.body.mover == mover)
-            .ok_or_else(|| Error::Internal(format!("no {mover:?} among the bodies to prove")))
+            .find(|p| p.body.carrier == carrier)
+            .ok_or_else(|| Error::Internal(format!("no {carrier:?} among the bodies to prove")))
     };
     let held = Held {
-        driver: find(Mover::Driver)?,
-        follower: find(Mover::Follower)?,
+        driver: find(Carrier::Driver)?,
+        follower: find(Carrier::Follower)?,
         mechanism: *mechanism,
     };
     let directions = directions(mechanism.motion.class(), settings.directions);

@@ -1,24 +1,28 @@
-//! No two bodies meet: smallest gap at sampled phases, a bound for everything in between, and the
-//! shared volume where they do meet.
+//! No two bodies meet: smallest gap, with a bound for every φ of the turn, and the shared volume
+//! where they do meet.
 
 use std::f64::consts::TAU;
 
-use manifold_rust::manifold::Manifold;
-use manifold_rust::types::{Error as Status, MeshGL64};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::collide::{Near, Placed, TOUCH};
-use super::mover::{Mechanism, Mover, RigidBody};
+use super::mechanism::Mechanism;
 use super::tree::Tree;
 use crate::solid::Mesh;
+use crate::solid::assembly::{Carrier, SolidBody};
+use crate::solid::kernel::Solid;
 
-/// Phases that one task walks through in order, each search starting at its neighbour's result;
+/// Steps that one task walks through in order, each search starting at its neighbour's result;
 /// fixed, so that the result does not depend on the number of threads.
-const RUN: usize = 12;
+const RUN: usize = 30;
 
-/// An interval is halved this often before it counts as undecided.
+/// Share of a gap that the search for the smallest one leaves undecided: nearly concentric
+/// surfaces (ball in socket) are equally far apart everywhere, and need not all be compared.
+const SLACK: f64 = 0.05;
+
+/// A step is halved this often before it counts as undecided.
 const HALVINGS: u32 = 7;
 
 /// At most this many colliding phases are measured for volume, spread over all of them.
@@ -29,28 +33,27 @@ const VOLUMES: usize = 6;
 pub struct PairProof {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Smallest gap at the sampled phases, mm; 0 when they meet.
+    /// Smallest gap found, mm; no gap anywhere in the turn is more than a tenth below it, except
+    /// inside single steps of the turn. 0 when they meet.
     pub gap_mm: f64,
     /// Where it is smallest.
     pub gap_at: Place,
-    /// Gap at every sampled phase, mm.
-    pub gaps_mm: Vec<f64>,
-    /// Phases at which surfaces meet or one body is inside the other.
-    pub colliding_phases: usize,
+    /// Steps of the turn in which surfaces meet (all of them when one body is inside the other).
+    pub colliding_steps: usize,
     /// Largest shared volume found, mm³; 0 when they never meet, `None` when the solid kernel
-    /// cannot measure it (then `colliding_phases` says that they meet).
+    /// cannot measure it (then `colliding_steps` says that they meet).
     pub overlap_mm3: Option<f64>,
     /// Where it is largest.
     pub overlap_at: Option<Place>,
-    /// Stretches of the turn in which a gap above the demanded one could not be proven between
-    /// samples: the phase and place of the first doubt in each. Empty: proven for every φ.
+    /// Steps of the turn in which a gap above the demanded one could not be proven: the phase and
+    /// place of the first doubt in each. Empty: proven for every φ.
     pub doubts: Vec<Place>,
 }
 
 impl PairProof {
     /// Whether the two bodies provably stay apart.
     pub fn holds(&self) -> bool {
-        self.colliding_phases == 0 && self.doubts.is_empty()
+        self.colliding_steps == 0 && self.doubts.is_empty()
     }
 }
 
@@ -63,23 +66,30 @@ pub struct Place {
     pub at: [f64; 3],
 }
 
-/// How densely to look and what to demand.
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y, z] = self.at;
+        write!(f, "φ = {:.2}°, ({x:.2}, {y:.2}, {z:.2}) mm", self.phi.to_degrees())
+    }
+}
+
+/// How finely to cut the turn and what to demand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OverlapSettings {
-    /// Sampled phases per turn.
-    pub phases: usize,
-    /// Gap to prove between the samples, mm.
+    /// Steps of the turn.
+    pub steps: usize,
+    /// Gap to prove, mm.
     pub floor: f64,
 }
 
 /// A body with its search tree.
 pub(super) struct Part<'a> {
-    pub body: &'a RigidBody,
+    pub body: &'a SolidBody,
     pub tree: Tree,
 }
 
 impl<'a> Part<'a> {
-    pub fn new(body: &'a RigidBody) -> Part<'a> {
+    pub fn new(body: &'a SolidBody) -> Part<'a> {
         Part { body, tree: Tree::new(&body.mesh) }
     }
 }
@@ -90,142 +100,188 @@ pub(super) fn apart(
     mechanism: &Mechanism,
     settings: &OverlapSettings,
 ) -> PairProof {
-    let movers = (first.body.mover, second.body.mover);
-    let remainder = mechanism.remainder(movers);
-    let step = TAU / settings.phases as f64;
-    let runs: Vec<Vec<usize>> = (0..settings.phases)
-        .collect::<Vec<_>>()
-        .chunks(RUN)
-        .map(<[usize]>::to_vec)
-        .collect();
-    let sampled: Vec<(f64, Near)> = runs
-        .par_iter()
-        .flat_map_iter(|run| {
-            let mut hint = None;
-            run.iter()
-                .filter_map(|&i| {
-                    let phi = i as f64 * step;
-                    let (pose, _) = mechanism.seen(movers, phi, remainder);
-                    let near = Placed::new(&first.tree, &second.tree, pose)
-                        .nearest(f64::INFINITY, TOUCH, hint)?;
-                    hint = Some(near.pair);
-                    Some((phi, near))
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    let doubts: Vec<Place> = (0..settings.phases)
-        .into_par_iter()
-        .filter_map(|i| {
-            between((first, second), mechanism, &Stretch {
-                movers,
-                remainder,
-                floor: settings.floor.max(TOUCH),
-                phi: (i as f64 + 0.5) * step,
-                half: step / 2.0,
-            })
-        })
-        .collect();
-    let place = |phi: f64, x: Vector3<f64>| Place {
-        phi,
-        at: mechanism.placed(movers.0, phi).apply(x).into(),
+    let carriers = (first.body.carrier, second.body.carrier);
+    let walk = Walk {
+        trees: (&first.tree, &second.tree),
+        carriers,
+        mechanism,
+        remainder: mechanism.remainder(carriers),
+        step: TAU / settings.steps as f64,
+        floor: settings.floor.max(TOUCH),
     };
-    let nested = nested(first, second);
-    let mut colliding: Vec<(f64, Vector3<f64>)> = sampled
-        .iter()
-        .filter(|(_, n)| n.closest.distance <= TOUCH)
-        .map(|(phi, n)| (*phi, n.closest.p))
+    let starts: Vec<usize> = (0..settings.steps).step_by(RUN).collect();
+    let stretches: Vec<Stretch> = starts
+        .par_iter()
+        .map(|&start| walk.stretch(start, (start + RUN).min(settings.steps)))
         .collect();
-    if let (true, Some(at)) = (nested && colliding.is_empty(), second.body.mesh.vertices.first()) {
-        colliding.push((0.0, Vector3::from(*at)));
+    let mut smallest: Option<(f64, Near)> = None;
+    let (mut colliding, mut doubts) = (Vec::new(), Vec::new());
+    for stretch in stretches {
+        colliding.extend(stretch.colliding);
+        doubts.extend(stretch.doubts);
+        if let Some((phi, near)) = stretch.smallest {
+            if smallest.is_none_or(|(_, s)| near.closest.distance < s.closest.distance) {
+                smallest = Some((phi, near));
+            }
+        }
+    }
+    let nested = nested((first, second), mechanism);
+    if let (true, true, Some(&at)) = (nested, colliding.is_empty(), second.body.mesh.vertices.first()) {
+        let at = mechanism.pose(carriers.1, 0.0).apply(Vector3::from(at));
+        colliding.push(Place { phi: 0.0, at: at.into() });
     }
     let mut overlap = (Some(0.0), None);
     let stride = colliding.len().div_ceil(VOLUMES).max(1);
-    for &(phi, at) in colliding.iter().step_by(stride) {
-        let pose = mechanism.placed(movers.0, phi).inverse_mul(&mechanism.placed(movers.1, phi));
-        let volume = shared_volume(&first.body.mesh, &second.body.mesh.moved(&pose));
-        if overlap.1.is_none() || volume > overlap.0 {
-            overlap = (volume, Some(place(phi, at)));
+    for &place in colliding.iter().step_by(stride) {
+        let pose = |c| mechanism.pose(c, place.phi);
+        let moved = second.body.mesh.moved(&pose(carriers.0).inverse_mul(&pose(carriers.1)));
+        let volume = shared_volume(&first.body.mesh, &moved);
+        // A volume that cannot be measured stays the worst.
+        if overlap.1.is_none() || overlap.0.is_some() && volume.is_none_or(|v| Some(v) > overlap.0) {
+            overlap = (volume, Some(place));
         }
     }
-    let smallest = sampled
-        .iter()
-        .min_by(|a, b| a.1.closest.distance.total_cmp(&b.1.closest.distance));
-    let (gap, gap_at) = match smallest {
-        Some((phi, n)) if !nested => (n.closest.distance, place(*phi, n.closest.p)),
-        _ => (0.0, Place::default()),
+    let (gap_mm, gap_at) = match smallest {
+        Some((phi, near)) if !nested => walk.sharpen(phi, near),
+        _ => (0.0, colliding.first().copied().unwrap_or_default()),
     };
     PairProof {
         bodies: [first.body.name.clone(), second.body.name.clone()],
-        gap_mm: gap,
+        gap_mm,
         gap_at,
-        gaps_mm: sampled.iter().map(|(_, n)| n.closest.distance).collect(),
-        colliding_phases: if nested { settings.phases } else { colliding.len() },
+        colliding_steps: if nested { settings.steps } else { colliding.len() },
         overlap_mm3: overlap.0,
         overlap_at: overlap.1,
         doubts,
     }
 }
 
-/// A stretch phi ± half of the motion of one pair.
-struct Stretch {
-    movers: (Mover, Mover),
+/// Two bodies on their way through the turn.
+struct Walk<'a> {
+    trees: (&'a Tree, &'a Tree),
+    carriers: (Carrier, Carrier),
+    mechanism: &'a Mechanism<'a>,
     remainder: (f64, f64),
+    step: f64,
     floor: f64,
-    phi: f64,
-    half: f64,
 }
 
-/// Proves the gap above `floor` over the stretch; `None` is proven, otherwise where it is in doubt.
-/// Triangle pairs in doubt are looked at again in ever shorter pieces of the stretch.
-fn between(parts: (&Part, &Part), mechanism: &Mechanism, stretch: &Stretch) -> Option<Place> {
-    let (pose, drift) = mechanism.seen(stretch.movers, stretch.phi, stretch.remainder);
-    let placed = Placed::new(&parts.0.tree, &parts.1.tree, pose);
-    let pairs = placed.doubtful(&drift, stretch.half, stretch.floor);
-    let mut work = vec![(stretch.phi, stretch.half, pairs)];
-    while let Some((phi, half, pairs)) = work.pop() {
-        let Some(&first_pair) = pairs.first() else { continue };
-        let (pose, _) = mechanism.seen(stretch.movers, phi, stretch.remainder);
-        let placed = Placed::new(&parts.0.tree, &parts.1.tree, pose);
-        if half < stretch.half / f64::from(1 << HALVINGS) {
-            let at = placed.pair(first_pair).map_or(Vector3::zeros(), |c| c.p);
-            let at = mechanism.placed(stretch.movers.0, phi).apply(at);
-            return Some(Place { phi, at: at.into() });
+/// What was found on a stretch of the turn.
+#[derive(Default)]
+struct Stretch {
+    smallest: Option<(f64, Near)>,
+    colliding: Vec<Place>,
+    doubts: Vec<Place>,
+}
+
+impl Walk<'_> {
+    /// Walks from step `from` to step `to` in strides as long as the gap can be bounded over them:
+    /// above the demanded one, and not much below the smallest seen.
+    fn stretch(&self, from: usize, to: usize) -> Stretch {
+        let mut found = Stretch::default();
+        let (mut at, mut stride, mut hint) = (from, 1, None);
+        while at < to {
+            stride = stride.min(to - at);
+            let half = 0.5 * stride as f64 * self.step;
+            let phi = at as f64 * self.step + half;
+            let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
+            let placed = Placed::new(self.trees.0, self.trees.1, pose);
+            let Some(near) = placed.nearest(f64::INFINITY, SLACK, hint) else {
+                // Only a body without surface gets here; nothing is proven about it.
+                found.doubts.push(Place { phi, ..Place::default() });
+                break;
+            };
+            hint = Some(near.pair);
+            let distance = near.closest.distance;
+            if found.smallest.is_none_or(|(_, s)| distance < s.closest.distance) {
+                found.smallest = Some((phi, near));
+            }
+            let least = found.smallest.map_or(distance, |(_, s)| s.closest.distance);
+            let meets = distance <= TOUCH;
+            if !meets {
+                let pairs = placed.doubtful(&drift, half, self.floor.max((1.0 - 2.0 * SLACK) * least));
+                if pairs.is_empty() {
+                    at += stride;
+                    stride *= 2;
+                    continue;
+                }
+                if stride == 1 {
+                    found.doubts.extend(self.between(phi, half, pairs));
+                    at += 1;
+                    continue;
+                }
+            }
+            if stride > 1 {
+                stride /= 2;
+                continue;
+            }
+            let place = self.place(phi, near.closest.p);
+            found.colliding.push(place);
+            found.doubts.push(place);
+            at += 1;
         }
-        for sub_phi in [phi + half / 2.0, phi - half / 2.0] {
-            let (pose, drift) = mechanism.seen(stretch.movers, sub_phi, stretch.remainder);
-            let placed = Placed::new(&parts.0.tree, &parts.1.tree, pose);
-            let left = placed.still_doubtful(&pairs, (&drift, half / 2.0, stretch.floor));
-            work.push((sub_phi, half / 2.0, left));
-        }
+        found
     }
-    None
+
+    /// Proves the gap over phi ± half for the triangle pairs in doubt, in ever shorter pieces;
+    /// `None` is proven, otherwise where it is in doubt.
+    fn between(&self, phi: f64, half: f64, pairs: Vec<(usize, usize)>) -> Option<Place> {
+        let shortest = half / f64::from(1 << HALVINGS);
+        let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
+        let left = Placed::new(self.trees.0, self.trees.1, pose)
+            .still_doubtful(&pairs, (&drift, half, self.floor));
+        let mut work = vec![(phi, half, left)];
+        while let Some((phi, half, pairs)) = work.pop() {
+            let Some(&doubt) = pairs.first() else { continue };
+            if half < 1.5 * shortest {
+                let (pose, _) = self.mechanism.seen(self.carriers, phi, self.remainder);
+                let placed = Placed::new(self.trees.0, self.trees.1, pose);
+                let at = placed.pair(doubt).map_or(Vector3::zeros(), |c| c.p);
+                return Some(self.place(phi, at));
+            }
+            let half = half / 2.0;
+            for phi in [phi + half, phi - half] {
+                let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
+                let placed = Placed::new(self.trees.0, self.trees.1, pose);
+                work.push((phi, half, placed.still_doubtful(&pairs, (&drift, half, self.floor))));
+            }
+        }
+        None
+    }
+
+    /// The exact smallest gap at the phase of `near`.
+    fn sharpen(&self, phi: f64, near: Near) -> (f64, Place) {
+        let (pose, _) = self.mechanism.seen(self.carriers, phi, self.remainder);
+        let closest = Placed::new(self.trees.0, self.trees.1, pose)
+            .nearest(near.closest.distance, 0.0, Some(near.pair))
+            .map_or(near.closest, |n| n.closest);
+        let gap = if closest.distance <= TOUCH { 0.0 } else { closest.distance };
+        (gap, self.place(phi, closest.p))
+    }
+
+    fn place(&self, phi: f64, in_first: Vector3<f64>) -> Place {
+        let at = self.mechanism.pose(self.carriers.0, phi).apply(in_first);
+        Place { phi, at: at.into() }
+    }
 }
 
-/// Whether one body starts inside the other without surface contact. (It could only get there
-/// later by crossing a surface, which the samples and the bound between them see.)
-fn nested(first: &Part, second: &Part) -> bool {
+/// Whether one body is inside the other at φ = 0 without surface contact. (It could only get there
+/// later by crossing a surface, which the walk sees.)
+fn nested((first, second): (&Part, &Part), mechanism: &Mechanism) -> bool {
     let inside = |inner: &Part, outer: &Part| {
-        super::mesh::components(&inner.body.mesh)
-            .iter()
-            .any(|&vertex| outer.tree.winding(inner.body.mesh.vertex(vertex)).abs() > 0.5)
+        let pose = mechanism
+            .pose(outer.body.carrier, 0.0)
+            .inverse_mul(&mechanism.pose(inner.body.carrier, 0.0));
+        super::mesh::components(&inner.body.mesh).iter().any(|&vertex| {
+            let point = pose.apply(inner.body.mesh.vertex(vertex));
+            outer.tree.winding(point).abs() > 0.5
+        })
     };
     inside(first, second) || inside(second, first)
 }
 
-/// Volume shared by two closed meshes in the same frame, mm³; `None` when the kernel refuses a mesh.
+/// Volume shared by two closed meshes in the same frame, mm³; `None` when the kernel refuses one.
 fn shared_volume(a: &Mesh, b: &Mesh) -> Option<f64> {
-    let solid = |mesh: &Mesh| {
-        let solid = Manifold::from_mesh_gl64(&MeshGL64 {
-            num_prop: 3,
-            vert_properties: mesh.vertices.iter().flatten().copied().collect(),
-            tri_verts: mesh.triangles.iter().flatten().map(|&i| u64::from(i)).collect(),
-            ..Default::default()
-        });
-        (solid.status() == Status::NoError).then_some(solid)
-    };
-    let shared = solid(a)?.intersection(&solid(b)?);
-    (shared.status() == Status::NoError)
-        .then(|| shared.volume())
-        .filter(|v| v.is_finite())
+    let [a, b] = [Solid::new(a, "first").ok()?, Solid::new(b, "second").ok()?];
+    Some(a.intersection(&b).volume()).filter(|v| v.is_finite())
 }

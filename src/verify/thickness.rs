@@ -57,26 +57,27 @@ pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
         .min_by(|a, b| a.thickness_mm.total_cmp(&b.thickness_mm))
 }
 
-/// Points on the surface with the tree index of their triangle.
+/// Points on the surface with the tree index of their triangle: centroids of its parts after
+/// halving the longest edge until none is longer than `spacing`.
 fn samples(tree: &Tree, spacing: f64) -> Vec<(Vector3<f64>, usize)> {
     let mut samples = Vec::new();
     for (k, t) in tree.triangles.iter().enumerate() {
-        let [a, b, c] = t.corners;
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-        let n = (longest / spacing).ceil().clamp(1.0, 400.0) as u32;
-        // Centroids of the n² congruent parts of the triangle.
-        for i in 0..n {
-            for j in 0..n - i {
-                let mut add = |u: f64, v: f64| {
-                    let (u, v) = (u / f64::from(n), v / f64::from(n));
-                    samples.push((a + (b - a) * u + (c - a) * v, k));
-                };
-                let (i, j) = (f64::from(i), f64::from(j));
-                add(i + 1.0 / 3.0, j + 1.0 / 3.0);
-                if i + j + 2.0 <= f64::from(n) {
-                    add(i + 2.0 / 3.0, j + 2.0 / 3.0);
-                }
+        let mut work = vec![t.corners];
+        while let Some([a, b, c]) = work.pop() {
+            let edges = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
+            let longest = edges[0].max(edges[1]).max(edges[2]);
+            // Rounding may keep a huge triangle from ever getting small: the stack bounds it.
+            if longest <= spacing || work.len() > 60 {
+                samples.push(((a + b + c) / 3.0, k));
+                continue;
             }
+            let [a, b, c] = match edges {
+                [ab, ..] if ab == longest => [a, b, c],
+                [_, bc, _] if bc == longest => [b, c, a],
+                _ => [c, a, b],
+            };
+            let middle = (a + b) / 2.0;
+            work.extend([[a, middle, c], [middle, b, c]]);
         }
     }
     samples

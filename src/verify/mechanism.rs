@@ -1,34 +1,10 @@
 //! How each rigid body of a mechanism moves with the driver angle, and how one moves seen from another.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::collide::{Affine, Drift};
 use crate::motion::{Motion, MotionState, Pose};
-use crate::solid::Mesh;
-
-/// What moves a rigid body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mover {
-    /// Stays in Σ.
-    Fixed,
-    /// Turns by φ about the driver axis.
-    Driver,
-    /// Performs M²(φ)·M²(0)⁻¹.
-    Follower,
-    /// Slides along z with the joint centre.
-    Slider,
-}
-
-/// A rigid body in its assembled position in Σ at φ = 0.
-#[derive(Debug, Clone)]
-pub struct RigidBody {
-    /// `driver`, `follower`, `support`, `slider`; names the body in reports.
-    pub name: String,
-    /// Closed surface, mm.
-    pub mesh: Mesh,
-    /// How it moves.
-    pub mover: Mover,
-}
+use crate::solid::assembly::{Carrier, SolidBody};
 
 /// The motions of all bodies of one mechanism.
 #[derive(Debug, Clone, Copy)]
@@ -40,54 +16,53 @@ pub struct Mechanism<'a> {
 }
 
 impl Mechanism<'_> {
-    /// State of a body at driver angle `phi` (rad); its pose takes body-frame points to Σ.
-    pub fn state(&self, mover: Mover, phi: f64) -> MotionState {
+    /// Pose of a body at driver angle `phi` (rad), body frame to Σ.
+    pub fn pose(&self, carrier: Carrier, phi: f64) -> Pose {
+        carrier.pose(self.motion, self.center_distance, phi)
+    }
+
+    /// A body whose mesh is in assembled position at φ = 0 (as the files have it), in its own frame.
+    pub fn assembled(&self, body: SolidBody) -> SolidBody {
+        let start = self.pose(body.carrier, 0.0);
+        let back = Pose {
+            rotation: start.rotation.transpose(),
+            translation: -(start.rotation.transpose() * start.translation),
+        };
+        SolidBody { mesh: body.mesh.moved(&back), ..body }
+    }
+
+    /// Pose, twist and twist rate of a body.
+    fn state(&self, carrier: Carrier, phi: f64) -> MotionState {
+        let follower = self.motion.state(phi);
         let still = MotionState {
-            pose: Pose { rotation: Matrix3::identity(), translation: Vector3::zeros() },
+            pose: self.pose(carrier, phi),
             omega: Vector3::zeros(),
             v_origin: Vector3::zeros(),
             omega_rate: Vector3::zeros(),
             v_origin_rate: Vector3::zeros(),
         };
-        match mover {
-            Mover::Fixed => still,
-            Mover::Driver => MotionState::driver(self.center_distance, phi),
-            Mover::Follower => self.motion.state(phi),
-            Mover::Slider => {
-                let follower = self.motion.state(phi);
-                // The centre is the body-fixed origin of the follower, at `translation` in Σ.
+        match carrier {
+            Carrier::Support => still,
+            Carrier::Driver => MotionState::driver(self.center_distance, phi),
+            Carrier::Follower => follower,
+            Carrier::Slider => {
+                // The joint centre is the origin of the follower frame.
                 let centre = follower.pose.translation;
-                let velocity = follower.velocity(centre);
-                let acceleration = acceleration(&follower).at(centre);
                 let along_z = |v: Vector3<f64>| Vector3::new(0.0, 0.0, v.z);
                 MotionState {
-                    pose: Pose {
-                        translation: self.motion.joint_centre(phi),
-                        ..still.pose
-                    },
-                    v_origin: along_z(velocity),
-                    v_origin_rate: along_z(acceleration),
+                    v_origin: along_z(follower.velocity(centre)),
+                    v_origin_rate: along_z(acceleration(&follower).at(centre)),
                     ..still
                 }
             }
         }
     }
 
-    /// Pose at `phi` of a body whose mesh is given where it is at φ = 0.
-    pub fn placed(&self, mover: Mover, phi: f64) -> Pose {
-        let (now, start) = (self.state(mover, phi).pose, self.state(mover, 0.0).pose);
-        let rotation = now.rotation * start.rotation.transpose();
-        Pose {
-            rotation,
-            translation: now.translation - rotation * start.translation,
-        }
-    }
-
     /// `second` seen from `first` at `phi`: pose and first- and second-order motion; `remainder` as
     /// [`Mechanism::remainder`] gives it.
-    pub(super) fn seen(&self, pair: (Mover, Mover), phi: f64, remainder: (f64, f64)) -> (Pose, Drift) {
-        let frame = self.placed(pair.0, phi);
-        let pose = frame.inverse_mul(&self.placed(pair.1, phi));
+    pub(super) fn seen(&self, pair: (Carrier, Carrier), phi: f64, remainder: (f64, f64)) -> (Pose, Drift) {
+        let frame = self.pose(pair.0, phi);
+        let pose = frame.inverse_mul(&self.pose(pair.1, phi));
         let (velocity, acceleration) = self.fields(pair, phi, &frame);
         (pose, Drift { velocity, acceleration, remainder })
     }
@@ -96,12 +71,12 @@ impl Mechanism<'_> {
     /// mm and 1 per rad³, over 1440 steps of the turn: a body point feels the acceleration field
     /// change with time, and because it moves through the field. Half as much again for what lies
     /// between the steps.
-    pub(super) fn remainder(&self, pair: (Mover, Mover)) -> (f64, f64) {
+    pub(super) fn remainder(&self, pair: (Carrier, Carrier)) -> (f64, f64) {
         let steps = 1440;
         let step = std::f64::consts::TAU / f64::from(steps);
         let fields = |i: i32| {
             let phi = f64::from(i) * step;
-            self.fields(pair, phi, &self.placed(pair.0, phi))
+            self.fields(pair, phi, &self.pose(pair.0, phi))
         };
         let mut before = fields(0).1;
         let mut bound = (0.0_f64, 0.0_f64);
@@ -121,7 +96,7 @@ impl Mechanism<'_> {
 
     /// Velocity and acceleration of `second`'s points in `first`'s moving frame, as fields over
     /// that frame's present coordinates.
-    fn fields(&self, pair: (Mover, Mover), phi: f64, frame: &Pose) -> (Affine, Affine) {
+    fn fields(&self, pair: (Carrier, Carrier), phi: f64, frame: &Pose) -> (Affine, Affine) {
         let (a, b) = (self.state(pair.0, phi), self.state(pair.1, phi));
         let velocity = Affine {
             constant: b.v_origin - a.v_origin,
@@ -165,7 +140,7 @@ mod tests {
     fn drift_is_the_taylor_expansion_of_the_relative_pose() {
         let motion = Motion::new(Class::R3, &MotionSource::Uniform {}).unwrap();
         let mechanism = Mechanism { motion: &motion, center_distance: 25.0 };
-        let pair = (Mover::Driver, Mover::Follower);
+        let pair = (Carrier::Driver, Carrier::Follower);
         let remainder = mechanism.remainder(pair);
         for (phi, h) in [(0.3, 1e-2), (2.0, 5e-2), (5.5, -3e-2)] {
             let (pose, drift) = mechanism.seen(pair, phi, remainder);
