@@ -1,0 +1,113 @@
+//! Designs without an optimiser: helical teeth that roll on the pitch line of a uniform motion.
+
+use mpcgear::design::{Design, FORMAT, Section, Station, SubGearPair, ToothPair};
+use mpcgear::motion::{Class, Motion, MotionSource, MotionState};
+use mpcgear::settings::Settings;
+use mpcgear::solid::recipe::Recipe;
+use nalgebra::Vector3;
+
+/// One band: middle height, axial travel along a tooth, turning side.
+pub type Band = (f64, f64, f64);
+
+/// Pressure angle of the synthetic teeth, rad.
+const PRESSURE_ANGLE: f64 = 0.5;
+
+/// Uniform design with the usual bands of a class.
+pub fn uniform(class: Class) -> (Design, Motion) {
+    let bands: &[Band] = match class {
+        Class::R1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0)],
+        Class::R1T1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0), (22.0, 7.0, -1.0)],
+        Class::R3 => &[
+            (12.0, 7.0, 1.0),
+            (23.0, -7.0, 1.0),
+            (-12.0, -7.0, -1.0),
+            (-23.0, 7.0, -1.0),
+        ],
+        Class::R3T1 => &[
+            (12.0, 7.0, 1.0),
+            (23.0, -7.0, 1.0),
+            (34.0, 7.0, -1.0),
+            (-12.0, -7.0, -1.0),
+            (-23.0, 7.0, -1.0),
+        ],
+    };
+    with_bands(class, bands)
+}
+
+/// Uniform design with the given bands.
+pub fn with_bands(class: Class, bands: &[Band]) -> (Design, Motion) {
+    let settings = Settings::default();
+    let source = MotionSource::Uniform {};
+    let motion = Motion::new(class, &source).expect("uniform motion fits every class");
+    let gear = &settings.gear;
+    let section = Section {
+        thickness: gear.tooth_thickness_mm,
+        flank_radius: gear.flank_radius_mm,
+        tip: gear.tip_mm,
+        root: gear.root_mm,
+        clearance: settings.fit.clearance_mm,
+        rib: settings.spokes.thickness_mm,
+    };
+    let sub_gear_pairs = bands
+        .iter()
+        .map(|&band| SubGearPair {
+            parameters: Vec::new(),
+            teeth: (0..gear.teeth)
+                .map(|j| tooth(&motion, &settings, band, j))
+                .collect(),
+        })
+        .collect();
+    let design = Design {
+        format: FORMAT,
+        generator: "test".into(),
+        name: format!("uniform {class}"),
+        class,
+        settings,
+        motion: source,
+        sub_gear_pairs,
+        section,
+        recipe: Recipe::default(),
+        closure: Vec::new(),
+        problems: Vec::new(),
+    };
+    (design, motion)
+}
+
+fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usize) -> ToothPair {
+    let gear = &settings.gear;
+    let pitch = std::f64::consts::TAU / gear.teeth as f64;
+    let (middle, length) = ((j as f64 + 0.5) * pitch, gear.contact_ratio * pitch);
+    let rise = travel / length;
+    let stations = (0..=24)
+        .map(|i| {
+            let u = f64::from(i) / 24.0 - 0.5;
+            let phi = middle + u * length;
+            let p = Vector3::new(-0.5 * gear.center_distance_mm, 0.0, z0 + travel * u);
+            let driver = MotionState::driver(gear.center_distance_mm, phi);
+            let follower = motion.state(phi);
+            let velocity = Vector3::new(0.0, 0.0, rise);
+            let [t1, t2] = [driver, follower].map(|s| (velocity - s.velocity(p)).normalize());
+            let across = side * Vector3::x().cross(&t2);
+            let n = PRESSURE_ANGLE.sin() * Vector3::x() + PRESSURE_ANGLE.cos() * across;
+            let into = |s: &MotionState, v: Vector3<f64>| s.pose.rotation.transpose() * v;
+            Station {
+                phi,
+                p: p.into(),
+                n: n.into(),
+                p1: driver.pose.inverse_apply(p).into(),
+                n1: into(&driver, -n).into(),
+                t1: into(&driver, t1).into(),
+                p2: follower.pose.inverse_apply(p).into(),
+                n2: into(&follower, n).into(),
+                t2: into(&follower, t2).into(),
+            }
+        })
+        .collect();
+    ToothPair {
+        phi_start: middle - 0.5 * length,
+        phi_end: middle + 0.5 * length,
+        control_points: Vec::new(),
+        fit_error: 0.0,
+        stations,
+    }
+}
