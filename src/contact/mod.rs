@@ -1,1 +1,5 @@
-//! (in work)
+//! One tooth pair: the contact point and normal over its contact interval.
+
+mod normal_first;
+
+pub use normal_first::{Contact, Grid, Node, ToothLaw, Trace, trace};
