@@ -9,6 +9,7 @@ pub mod design;
 pub mod envelope;
 mod error;
 pub mod export;
+pub mod load;
 pub mod motion;
 pub mod search;
 pub mod settings;

@@ -62,9 +62,13 @@ impl Configuration {
             .enumerate()
             .map(|(k, pair)| {
                 let (j, phi_tooth) = active_tooth(pair, phi).ok_or_else(|| missing(phi, k))?;
-                let mut contact =
-                    contact(&pair.teeth[j], phi_tooth, (&driver, &follower), design.section.flank_radius)
-                        .ok_or_else(|| missing(phi, k))?;
+                let mut contact = contact(
+                    &pair.teeth[j],
+                    phi_tooth,
+                    (&driver, &follower),
+                    design.section.flank_radius,
+                )
+                .ok_or_else(|| missing(phi, k))?;
                 (contact.pair, contact.tooth) = (k, j);
                 Ok(contact)
             })
@@ -100,7 +104,10 @@ pub fn active_tooth(pair: &SubGearPair, phi: f64) -> Option<(usize, f64)> {
     let depth = |tooth: &ToothPair| {
         let middle = 0.5 * (tooth.phi_start + tooth.phi_end);
         let shifted = phi - TAU * ((phi - middle) / TAU).round();
-        (0.5 * (tooth.phi_end - tooth.phi_start) - (shifted - middle).abs(), shifted)
+        (
+            0.5 * (tooth.phi_end - tooth.phi_start) - (shifted - middle).abs(),
+            shifted,
+        )
     };
     pair.teeth
         .iter()
@@ -141,16 +148,24 @@ fn contact(
     }
     let step = (tooth.phi_end - tooth.phi_start) / (count - 1) as f64;
     let x = (phi - tooth.phi_start) / step;
-    let first = (x.floor() as isize - (WINDOW as isize / 2 - 1)).clamp(0, (count - WINDOW) as isize) as usize;
+    let first = (x.floor() as isize - (WINDOW as isize / 2 - 1)).clamp(0, (count - WINDOW) as isize)
+        as usize;
     let w = weights(x - first as f64);
     let stations = &tooth.stations[first..first + WINDOW];
     let blend = |order: usize, get: &dyn Fn(usize) -> Vector3<f64>| {
-        (0..WINDOW).map(|i| w[order][i] * get(i)).sum::<Vector3<f64>>() / step.powi(order as i32)
+        (0..WINDOW)
+            .map(|i| w[order][i] * get(i))
+            .sum::<Vector3<f64>>()
+            / step.powi(order as i32)
     };
 
     let p = blend(0, &|i| Vector3::from(stations[i].p));
     let n = blend(0, &|i| Vector3::from(stations[i].n)).normalize();
-    let any = if n.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+    let any = if n.z.abs() < 0.9 {
+        Vector3::z()
+    } else {
+        Vector3::x()
+    };
     let e1 = any.cross(&n).normalize();
     let tangents = [e1, n.cross(&e1)];
 
@@ -168,7 +183,12 @@ fn contact(
         let along = acceleration.dot(&m) / speed.norm_squared();
         let twist = -b.dot(&turn) / speed.norm();
         let (t, b) = (state.pose.rotation * t, state.pose.rotation * b);
-        let turn = Matrix2::new(t.dot(&tangents[0]), t.dot(&tangents[1]), b.dot(&tangents[0]), b.dot(&tangents[1]));
+        let turn = Matrix2::new(
+            t.dot(&tangents[0]),
+            t.dot(&tangents[1]),
+            b.dot(&tangents[0]),
+            b.dot(&tangents[1]),
+        );
         turn.transpose() * Matrix2::new(along, twist, twist, 1.0 / flank_radius) * turn
     };
     Some(Contact {

@@ -18,13 +18,19 @@ pub struct Balance {
 const EQUILIBRIUM: f64 = 1e-9;
 /// A force this close to a bound, relative to the largest, is at the bound.
 const AT_BOUND: f64 = 1e-6;
+/// A weight of one kilogram that loads the joint with less, N, does not load it.
+const WEIGHTLESS: f64 = 1e-9;
 
 /// Forces f ≥ 0 with Σ f_k `columns`_k = −`load` whose largest is smallest; `None` when the
 /// contacts cannot hold the load, or no solution in equilibrium to 1e-9 was found.
 ///
 /// `lengths` scales each row of the equilibrium (mm for moments, 1 for forces) so that the program
 /// is well conditioned.
-pub fn smallest_largest(columns: &[DVector<f64>], load: &DVector<f64>, lengths: &DVector<f64>) -> Option<Balance> {
+pub fn smallest_largest(
+    columns: &[DVector<f64>],
+    load: &DVector<f64>,
+    lengths: &DVector<f64>,
+) -> Option<Balance> {
     let scaled_load = load.component_div(lengths);
     let size = scaled_load.norm();
     if size == 0.0 {
@@ -38,16 +44,25 @@ pub fn smallest_largest(columns: &[DVector<f64>], load: &DVector<f64>, lengths: 
     let goal = -scaled_load / size;
     let mut program = Problem::new(OptimizationDirection::Minimize);
     let largest = program.add_var(1.0, (0.0, f64::INFINITY));
-    let forces: Vec<Variable> = scaled.iter().map(|_| program.add_var(0.0, (0.0, f64::INFINITY))).collect();
+    let forces: Vec<Variable> = scaled
+        .iter()
+        .map(|_| program.add_var(0.0, (0.0, f64::INFINITY)))
+        .collect();
     for &f in &forces {
         program.add_constraint(&[(f, 1.0), (largest, -1.0)], ComparisonOp::Le, 0.0);
     }
     equilibrium(&mut program, (&forces, &scaled), goal.as_slice());
-    let solution = program.solve().ok()?.into_solution()?;
+    let solution = program.solve().ok()?.into_solution().ok()?;
     let f: Vec<f64> = forces.iter().map(|&v| solution.var_value(v)).collect();
     let f = sharpen(&scaled, &goal, &f)?;
 
-    let residual = (scaled.iter().zip(&f).map(|(c, f)| c * *f).sum::<DVector<f64>>() - goal).norm();
+    let residual = (scaled
+        .iter()
+        .zip(&f)
+        .map(|(c, f)| c * *f)
+        .sum::<DVector<f64>>()
+        - goal)
+        .norm();
     let forces: Vec<f64> = f.iter().map(|f| f * size).collect();
     (residual <= EQUILIBRIUM).then(|| Balance {
         largest: forces.iter().copied().fold(0.0, f64::max),
@@ -69,19 +84,25 @@ pub fn largest_payload(
     // Forces in units of the limit, payload in units that load the joint with the limit.
     let payload = program.add_var(1.0, (0.0, f64::INFINITY));
     let scaled: Vec<DVector<f64>> = columns.iter().map(|c| c.component_div(lengths)).collect();
-    let forces: Vec<Variable> = scaled.iter().map(|_| program.add_var(0.0, (0.0, 1.0))).collect();
+    let forces: Vec<Variable> = scaled
+        .iter()
+        .map(|_| program.add_var(0.0, (0.0, 1.0)))
+        .collect();
     for row in 0..unit.len() {
         let mut sum = LinearExpr::empty();
         for (column, &f) in scaled.iter().zip(&forces) {
             sum.add(f, column[row]);
         }
-        if size > 0.0 {
+        if size > WEIGHTLESS {
             sum.add(payload, unit[row] / lengths[row] / size);
         }
         program.add_constraint(sum, ComparisonOp::Eq, -fixed[row] / lengths[row] / limit);
     }
     match program.solve() {
-        Ok(outcome) => outcome.into_solution().map(|s| s.var_value(payload) * limit / size),
+        Ok(outcome) => outcome
+            .into_solution()
+            .ok()
+            .map(|s| s.var_value(payload) * limit / size),
         Err(microlp::Error::Unbounded) => Some(f64::INFINITY),
         Err(_) => None,
     }
@@ -96,12 +117,19 @@ pub fn closed(columns: &[DVector<f64>]) -> bool {
     let unit: Vec<DVector<f64>> = columns.iter().map(|c| c.normalize()).collect();
     let rank = DMatrix::from_columns(&unit).rank(1e-9);
     let mut program = Problem::new(OptimizationDirection::Minimize);
-    let forces: Vec<Variable> = unit.iter().map(|_| program.add_var(1.0, (1.0, f64::INFINITY))).collect();
+    let forces: Vec<Variable> = unit
+        .iter()
+        .map(|_| program.add_var(1.0, (1.0, f64::INFINITY)))
+        .collect();
     equilibrium(&mut program, (&forces, &unit), &vec![0.0; first.len()]);
     rank == first.len() && program.solve().is_ok()
 }
 
-fn equilibrium(program: &mut Problem, (forces, columns): (&[Variable], &[DVector<f64>]), goal: &[f64]) {
+fn equilibrium(
+    program: &mut Problem,
+    (forces, columns): (&[Variable], &[DVector<f64>]),
+    goal: &[f64],
+) {
     for (row, &goal) in goal.iter().enumerate() {
         let mut sum = LinearExpr::empty();
         for (column, &f) in columns.iter().zip(forces) {
@@ -124,7 +152,10 @@ fn sharpen(columns: &[DVector<f64>], goal: &DVector<f64>, forces: &[f64]) -> Opt
             unknowns[0] += column;
         }
     }
-    let x = DMatrix::from_columns(&unknowns).svd(true, true).solve(goal, 1e-12).ok()?;
+    let x = DMatrix::from_columns(&unknowns)
+        .svd(true, true)
+        .solve(goal, 1e-12)
+        .ok()?;
     let mut next = x.iter().skip(1);
     let exact: Vec<f64> = forces
         .iter()
@@ -134,5 +165,8 @@ fn sharpen(columns: &[DVector<f64>], goal: &DVector<f64>, forces: &[f64]) -> Opt
             _ => 0.0,
         })
         .collect();
-    exact.iter().all(|&f| f.is_finite() && f >= 0.0).then_some(exact)
+    exact
+        .iter()
+        .all(|&f| f.is_finite() && f >= 0.0)
+        .then_some(exact)
 }

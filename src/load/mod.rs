@@ -58,7 +58,8 @@ pub struct LoadSample {
     pub torque_with_friction: Option<f64>,
     /// Relative error of the force equilibrium.
     pub equilibrium_error: f64,
-    /// Largest payload within the force limit, kg; `None` when even the extra load alone exceeds it.
+    /// Largest payload within the force limit, kg; infinite where weight does not load the contacts,
+    /// `None` when even the extra load alone exceeds it.
     pub payload: Option<f64>,
     /// Free turn of the follower in the gap, rad.
     pub play_turn: f64,
@@ -123,7 +124,11 @@ impl Sampling {
     /// The driver angles, rad.
     pub fn angles(&self) -> impl Iterator<Item = f64> + use<> {
         let whole = (self.end - self.start - TAU).abs() < 1e-9;
-        let steps = if whole { self.count } else { self.count.max(2) - 1 } as f64;
+        let steps = if whole {
+            self.count
+        } else {
+            self.count.max(2) - 1
+        } as f64;
         let (start, span) = (self.start, self.end - self.start);
         (0..self.count).map(move |i| start + span * i as f64 / steps)
     }
@@ -143,7 +148,11 @@ pub fn lengths(class: Class, center_distance: f64) -> DVector<f64> {
 /// # Errors
 /// [`Error::Infeasible`] where the contacts cannot hold the load (no form closure) or a tooth is
 /// missing; [`Error::Input`] when `load` has impossible values.
-pub fn analyse(design: &Design, motion: &Motion, (load, sampling): (&Load, Sampling)) -> Result<LoadReport> {
+pub fn analyse(
+    design: &Design,
+    motion: &Motion,
+    (load, sampling): (&Load, Sampling),
+) -> Result<LoadReport> {
     let problems = load.problems();
     if !problems.is_empty() {
         return Err(Error::Input {
@@ -159,10 +168,12 @@ pub fn analyse(design: &Design, motion: &Motion, (load, sampling): (&Load, Sampl
 }
 
 fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample> {
-    let open = || Error::Infeasible {
+    let open = || {
+        Error::Infeasible {
         reason: "the contacts cannot hold the load".into(),
         place: format!("φ = {:.2}°", at.phi.to_degrees()),
         hint: "the follower is not form closed here; design it again with more sub-gear pairs or effort".into(),
+    }
     };
     let gear = &design.settings.gear;
     let lengths = lengths(at.class, gear.center_distance_mm);
@@ -197,7 +208,8 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
         contacts,
         torque: efficiency::driver_torque(at, &balance.forces, &normals),
         torque_virtual_work: -(unit.power(at) * mass + extra.power(at)),
-        torque_with_friction: efficiency::sliding_balance(at, &total, (load.friction, &lengths)).map(|(_, t)| t),
+        torque_with_friction: efficiency::sliding_balance(at, &total, (load.friction, &lengths))
+            .map(|(_, t)| t),
         equilibrium_error: balance.residual,
         payload: forces::largest_payload(
             &columns,
@@ -214,7 +226,10 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
 fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
     let largest = |get: &dyn Fn(&LoadSample) -> f64| samples.iter().map(get).fold(0.0, f64::max);
     let all = |get: &dyn Fn(&LoadSample) -> Option<f64>| {
-        samples.iter().map(get).try_fold(0.0, |m: f64, x| Some(m.max(x?)))
+        samples
+            .iter()
+            .map(get)
+            .try_fold(0.0, |m: f64, x| Some(m.max(x?)))
     };
     let torque_max = largest(&|s| s.torque.abs());
     let working = || samples.iter().filter(|s| s.torque > 1e-9 * torque_max);
@@ -224,12 +239,18 @@ fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
         force_max: largest(&|s| s.contacts.iter().map(|c| c.force).fold(0.0, f64::max)),
         torque_max,
         torque_with_friction_max: all(&|s| s.torque_with_friction.map(f64::abs)),
-        efficiency: spent.filter(|spent| useful > 0.0 && *spent > 0.0).map(|spent| useful / spent),
+        efficiency: spent
+            .filter(|spent| useful > 0.0 && *spent > 0.0)
+            .map(|spent| useful / spent),
         payload_max: samples
             .iter()
             .map(|s| s.payload.unwrap_or(0.0))
             .fold(f64::INFINITY, f64::min),
-        pressure_max: all(&|s| s.contacts.iter().try_fold(0.0, |m: f64, c| Some(m.max(c.pressure?)))),
+        pressure_max: all(&|s| {
+            s.contacts
+                .iter()
+                .try_fold(0.0, |m: f64, c| Some(m.max(c.pressure?)))
+        }),
         pressure_allowed: load
             .driver_material
             .allowed_pressure()
@@ -237,7 +258,8 @@ fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
         play_turn_max: largest(&|s| s.play_turn),
         play_point_max: largest(&|s| s.play_point),
         equilibrium_error_max: largest(&|s| s.equilibrium_error),
-        virtual_work_error_max: largest(&|s| (s.torque - s.torque_virtual_work).abs()) / torque_max.max(1e-12),
+        virtual_work_error_max: largest(&|s| (s.torque - s.torque_virtual_work).abs())
+            / torque_max.max(1e-9),
         samples,
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::contacts::Configuration;
+use crate::closure::next_subset;
 
 /// Free motion of the follower with the driver held, first order in the gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,12 @@ pub struct Play {
 /// Play at `at` with flank gap `gap` (mm), seen at `point` (Σ), and resting under the projected
 /// `load`. The free poses ξ with n̄_k·ξ ≥ −gap form a polytope; every figure is largest at one of
 /// its corners. `None` when it is not bounded (no form closure).
-pub fn play(at: &Configuration, gap: f64, point: Vector3<f64>, load: &DVector<f64>) -> Option<Play> {
+pub fn play(
+    at: &Configuration,
+    gap: f64,
+    point: Vector3<f64>,
+    load: &DVector<f64>,
+) -> Option<Play> {
     let columns = columns(at);
     if !super::forces::closed(&columns) {
         return None;
@@ -33,8 +39,12 @@ pub fn play(at: &Configuration, gap: f64, point: Vector3<f64>, load: &DVector<f6
         sag: 0.0,
     };
     let mut lowest = f64::NEG_INFINITY;
-    for subset in subsets(columns.len(), dof) {
-        let rows: Vec<_> = subset.iter().map(|&i| columns[i].transpose()).collect();
+    let mut subset: Vec<usize> = (0..dof).collect();
+    let mut more = true;
+    while more {
+        let here = subset.clone();
+        more = next_subset(&mut subset, columns.len());
+        let rows: Vec<_> = here.iter().map(|&i| columns[i].transpose()).collect();
         let Some(corner) = DMatrix::from_rows(&rows)
             .lu()
             .solve(&DVector::from_element(dof, -gap))
@@ -74,21 +84,4 @@ pub fn motion(at: &Configuration, xi: &DVector<f64>) -> (Vector3<f64>, Vector3<f
         Vector3::z() * xi[slides]
     };
     (shift, turn)
-}
-
-/// All `size`-subsets of `0..count`, in lexicographic order.
-fn subsets(count: usize, size: usize) -> Vec<Vec<usize>> {
-    let mut all = Vec::new();
-    let mut subset: Vec<usize> = (0..size).collect();
-    while size <= count {
-        all.push(subset.clone());
-        let Some(i) = (0..size).rev().find(|&i| subset[i] < count - size + i) else {
-            break;
-        };
-        subset[i] += 1;
-        for j in i + 1..size {
-            subset[j] = subset[j - 1] + 1;
-        }
-    }
-    all
 }

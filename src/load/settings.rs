@@ -104,7 +104,11 @@ impl Load {
             "must be a direction: three finite numbers, not all zero".into(),
         );
         for (i, row) in self.extra.iter().enumerate() {
-            let finite = row.force_n.iter().chain(&row.torque_nmm).all(|x| x.is_finite());
+            let finite = row
+                .force_n
+                .iter()
+                .chain(&row.torque_nmm)
+                .all(|x| x.is_finite());
             demand(
                 finite && (0.0..=360.0).contains(&row.phi_deg),
                 &format!("extra[{i}]"),

@@ -43,12 +43,21 @@ impl Wrench {
                 Some(i) => (&rows[i - 1], &rows[i], rows[i - 1].phi_deg, rows[i].phi_deg),
                 None => (last, first, last.phi_deg, first.phi_deg + 360.0),
             };
-            let t = if to > from { (degrees - from) / (to - from) } else { 0.0 };
-            let mix = |x: [f64; 3], y: [f64; 3]| Vector3::from(x) * (1.0 - t) + Vector3::from(y) * t;
+            let t = if to > from {
+                (degrees - from) / (to - from)
+            } else {
+                0.0
+            };
+            let mix =
+                |x: [f64; 3], y: [f64; 3]| Vector3::from(x) * (1.0 - t) + Vector3::from(y) * t;
             force = mix(a.force_n, b.force_n);
             torque = mix(a.torque_nmm, b.torque_nmm);
         }
-        Wrench { point, force, torque }
+        Wrench {
+            point,
+            force,
+            torque,
+        }
     }
 
     /// Projection onto span(U) ≅ R^N about the present joint centre (order: linear, angular).
