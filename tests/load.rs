@@ -59,7 +59,7 @@ fn helical_gears_on_parallel_shafts_have_textbook_forces() {
         vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)],
     );
     let torque = 750.0;
-    let report = analyse(&pair, &m, (&torque_load(torque), sampling(97))).unwrap();
+    let report = analyse(&pair, &m, &torque_load(torque), sampling(97)).unwrap();
     let helix = (PITCH / helical(1.0, 0.0).axial_speed()).atan();
     let tangential = torque / PITCH;
     for s in &report.samples {
@@ -101,7 +101,7 @@ fn involute_gears_lose_to_friction_what_the_textbook_says() {
             end: degrees.to_radians() + 0.01,
             count: 1,
         };
-        let report = analyse(&pair, &m, (&load, one)).unwrap();
+        let report = analyse(&pair, &m, &load, one).unwrap();
         // Beyond the pitch point the driver's lever of friction is the longer one.
         let s = base * (degrees - 18.0).to_radians();
         let (driver, follower) = (PITCH * alpha.sin() + s, PITCH * alpha.sin() - s);
@@ -115,7 +115,7 @@ fn involute_gears_lose_to_friction_what_the_textbook_says() {
 fn forces_balance_and_agree_with_virtual_work() {
     for (class, pair) in [(Class::R1, revolute()), (Class::R3, spherical())] {
         let m = motion(class);
-        let report = analyse(&pair, &m, (&busy_load(), sampling(180))).unwrap();
+        let report = analyse(&pair, &m, &busy_load(), sampling(180)).unwrap();
         assert!(
             report.equilibrium_error_max <= 1e-9,
             "{}",
@@ -140,12 +140,7 @@ fn forces_balance_and_agree_with_virtual_work() {
 #[test]
 fn no_other_balance_has_a_smaller_largest_force() {
     // With K = N+1 every balance is f + s·g with g > 0 the internal forces: at the optimum one is zero.
-    let report = analyse(
-        &spherical(),
-        &motion(Class::R3),
-        (&busy_load(), sampling(60)),
-    )
-    .unwrap();
+    let report = analyse(&spherical(), &motion(Class::R3), &busy_load(), sampling(60)).unwrap();
     for s in &report.samples {
         let least = s
             .contacts
@@ -165,12 +160,12 @@ fn largest_payload_loads_one_contact_to_the_limit() {
         force_limit_n: 35.0,
         ..Load::default()
     };
-    let report = analyse(&pair, &m, (&load, sampling(72))).unwrap();
+    let report = analyse(&pair, &m, &load, sampling(72)).unwrap();
     let again = Load {
         mass_g: 1000.0 * report.payload_max,
         ..load
     };
-    let limit = analyse(&pair, &m, (&again, sampling(72))).unwrap();
+    let limit = analyse(&pair, &m, &again, sampling(72)).unwrap();
     assert_relative_eq!(limit.force_max, 35.0, max_relative = 1e-5);
 }
 
@@ -179,7 +174,8 @@ fn weight_along_a_revolute_axis_needs_no_force() {
     let report = analyse(
         &revolute(),
         &motion(Class::R1),
-        (&Load::default(), sampling(36)),
+        &Load::default(),
+        sampling(36),
     )
     .unwrap();
     assert!(report.force_max < 1e-9 && report.torque_max < 1e-9);
@@ -196,7 +192,7 @@ fn open_contacts_are_refused() {
         travel: 12.0,
     };
     let pair = design(Class::R1, vec![one.band(&m)]);
-    let error = analyse(&pair, &m, (&torque_load(-100.0), sampling(4))).unwrap_err();
+    let error = analyse(&pair, &m, &torque_load(-100.0), sampling(4)).unwrap_err();
     assert!(
         error.to_string().contains("cannot hold the load"),
         "{error}"
@@ -206,7 +202,7 @@ fn open_contacts_are_refused() {
         force_limit_n: f64::NAN,
         ..Load::default()
     };
-    let error = analyse(&pair, &m, (&hopeless, sampling(4)))
+    let error = analyse(&pair, &m, &hopeless, sampling(4))
         .unwrap_err()
         .to_string();
     assert!(
@@ -290,12 +286,7 @@ fn hertz_agrees_with_closed_forms() {
 #[test]
 fn play_of_a_revolute_pair_is_the_gap_over_the_lever() {
     let pair = revolute();
-    let report = analyse(
-        &pair,
-        &motion(Class::R1),
-        (&torque_load(10.0), sampling(36)),
-    )
-    .unwrap();
+    let report = analyse(&pair, &motion(Class::R1), &torque_load(10.0), sampling(36)).unwrap();
     let lever = PITCH
         * Helical {
             alpha: 0.5,
@@ -317,7 +308,7 @@ fn play_of_a_revolute_pair_is_the_gap_over_the_lever() {
 #[test]
 fn play_is_at_least_gap_over_q_in_three_dimensions() {
     let pair = spherical();
-    let report = analyse(&pair, &motion(Class::R3), (&busy_load(), sampling(36))).unwrap();
+    let report = analyse(&pair, &motion(Class::R3), &busy_load(), sampling(36)).unwrap();
     for (s, c) in report.samples.iter().zip(pair.closure.iter().step_by(10)) {
         assert!(
             s.play_turn >= pair.section.clearance / c.q * (1.0 - 1e-6),
@@ -337,7 +328,7 @@ fn a_larger_centre_distance_turns_the_follower_by_backlash() {
         ..torque_load(10.0)
     };
     let pair = revolute();
-    let s = sensitivity::sensitivity(&pair, &motion(Class::R1), (&load, sampling(20))).unwrap();
+    let s = sensitivity::sensitivity(&pair, &motion(Class::R1), &load, sampling(20)).unwrap();
     assert!(s.by_sampling.turn < 1e-9 && s.by_derivative.turn < 1e-9);
     assert_relative_eq!(
         s.by_sampling.interference,
@@ -360,7 +351,7 @@ fn sensitivity_is_bounded_by_its_derivatives_for_small_errors() {
         ..busy_load()
     };
     let pair = spherical();
-    let s = sensitivity::sensitivity(&pair, &motion(Class::R3), (&small, sampling(20))).unwrap();
+    let s = sensitivity::sensitivity(&pair, &motion(Class::R3), &small, sampling(20)).unwrap();
     let q = pair
         .closure
         .iter()

@@ -120,8 +120,7 @@ pub fn active_tooth(pair: &SubGearPair, phi: f64) -> Option<(usize, f64)> {
 
 /// Lagrange weights of value, first and second derivative at `x` for unit-spaced nodes `0..WINDOW`.
 fn weights(x: f64) -> [[f64; WINDOW]; 3] {
-    let mut all = [[0.0; WINDOW]; 3];
-    for i in 0..WINDOW {
+    let basis = |i: usize| {
         // The basis polynomial and its derivatives, one linear factor after the other.
         let (mut value, mut first, mut second) = (1.0, 0.0, 0.0);
         for m in (0..WINDOW).filter(|&m| m != i) {
@@ -131,9 +130,10 @@ fn weights(x: f64) -> [[f64; WINDOW]; 3] {
             first = first * factor + value * scale;
             value *= factor;
         }
-        (all[0][i], all[1][i], all[2][i]) = (value, first, second);
-    }
-    all
+        [value, first, second]
+    };
+    let all: [[f64; 3]; WINDOW] = std::array::from_fn(basis);
+    std::array::from_fn(|order| all.map(|of_node| of_node[order]))
 }
 
 fn contact(

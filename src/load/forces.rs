@@ -49,7 +49,7 @@ pub fn smallest_largest(
         .map(|_| program.add_var(0.0, (0.0, f64::INFINITY)))
         .collect();
     for &f in &forces {
-        program.add_constraint(&[(f, 1.0), (largest, -1.0)], ComparisonOp::Le, 0.0);
+        program.add_constraint([(f, 1.0), (largest, -1.0)], ComparisonOp::Le, 0.0);
     }
     equilibrium(&mut program, (&forces, &scaled), goal.as_slice());
     let solution = program.solve().ok()?.into_solution().ok()?;

@@ -42,7 +42,8 @@ pub fn relative_curvatures(contact: &Contact) -> [f64; 2] {
 /// B/A = [E/(1−e²) − K] / [K − E] with the complete elliptic integrals of e².
 pub fn patch(curvatures: [f64; 2], force: f64, modulus: f64) -> Option<Patch> {
     let [small, large] = curvatures;
-    if !(small > 0.0 && large >= small && force > 0.0 && modulus > 0.0) {
+    let point_contact = small > 0.0 && large >= small;
+    if !point_contact || force.max(0.0) * modulus.max(0.0) == 0.0 {
         return None;
     }
     let integrals = |m: f64| Some((ellip::ellipk(m).ok()?, ellip::ellipe(m).ok()?));

@@ -151,7 +151,8 @@ pub fn lengths(class: Class, center_distance: f64) -> DVector<f64> {
 pub fn analyse(
     design: &Design,
     motion: &Motion,
-    (load, sampling): (&Load, Sampling),
+    load: &Load,
+    sampling: Sampling,
 ) -> Result<LoadReport> {
     let problems = load.problems();
     if !problems.is_empty() {

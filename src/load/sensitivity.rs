@@ -91,7 +91,8 @@ struct Effect {
 pub fn sensitivity(
     design: &Design,
     motion: &Motion,
-    (load, sampling): (&Load, Sampling),
+    load: &Load,
+    sampling: Sampling,
 ) -> Result<Sensitivity> {
     let draws = draws();
     let mut report = Sensitivity {
