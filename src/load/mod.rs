@@ -121,10 +121,14 @@ impl Default for Sampling {
 }
 
 impl Sampling {
+    /// Whether the range is one turn of the driver, so that its end is its start.
+    pub fn is_whole_turn(&self) -> bool {
+        (self.end - self.start - TAU).abs() < 1e-9
+    }
+
     /// The driver angles, rad.
     pub fn angles(&self) -> impl Iterator<Item = f64> + use<> {
-        let whole = (self.end - self.start - TAU).abs() < 1e-9;
-        let steps = if whole {
+        let steps = if self.is_whole_turn() {
             self.count
         } else {
             self.count.max(2) - 1

@@ -1,6 +1,8 @@
 //! Designs made by hand, with contacts known in closed form, for the uniform motion R = Rz(−φ).
 #![allow(dead_code)] // every test file uses its own part of this
 
+pub mod meshes;
+
 use std::f64::consts::TAU;
 
 use mpcgear::closure;
