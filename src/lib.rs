@@ -14,6 +14,7 @@ pub mod motion;
 pub mod search;
 pub mod settings;
 pub mod solid;
+pub mod stats;
 pub mod sub_gear;
 pub mod verify;
 

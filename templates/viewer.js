@@ -77,6 +77,7 @@
   function makeView() {
     const canvas = $("canvas");
     const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    renderer.localClippingEnabled = true;
     renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     const world = new THREE.Scene();
     const camera = new THREE.PerspectiveCamera(28, 1, 1, 5000);
@@ -104,7 +105,7 @@
     });
     const size = bounds.getSize(new THREE.Vector3()).length() || 100;
     const centre = bounds.getCenter(new THREE.Vector3());
-    const away = { driver: [-0.45, 0, 0.1], follower: [0, 0, 0.6], slider: [0.4, 0, 0.1], fixed: [0, 0, 0] };
+    const away = { driver: [-0.3, 0, 0.12], follower: [0.1, 0, 0.5], slider: [0.32, 0, 0.12], fixed: [0, 0, 0] };
 
     // Contacts: a ball where teeth touch and an arrow the way the driver pushes; never hidden.
     const marks = new THREE.Group();
@@ -114,7 +115,7 @@
       const color = series ? series.color : ["#d1495b", "#1b7f79", "#6a4c93", "#b7791f", "#2b6cb0", "#718355", "#c05299", "#4a5568"][k % 8];
       const material = new THREE.MeshBasicMaterial({ color, depthTest: false, transparent: true });
       const arrow = new THREE.Group();
-      const r = size / 220;
+      const r = size / 150;
       const ball = new THREE.Mesh(new THREE.SphereGeometry(1.5 * r, 20, 14), material);
       const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.5 * r, 0.5 * r, 9 * r, 12).translate(0, 4.5 * r, 0), material);
       const head = new THREE.Mesh(new THREE.ConeGeometry(1.4 * r, 4 * r, 16).translate(0, 11 * r, 0), material);
@@ -138,13 +139,29 @@
     const controls = new THREE.OrbitControls(camera, canvas);
     controls.enableDamping = false;
     controls.addEventListener("change", () => { state.dirty = true; });
+    let apartSeen = 0;
     function home() {
-      const sphere = seen.getBoundingSphere(new THREE.Sphere());
-      const distance = sphere.radius / Math.sin(THREE.MathUtils.degToRad(camera.fov / 2)) / Math.min(1, camera.aspect * 1.1) * 0.86;
-      camera.position.copy(sphere.center).addScaledVector(new THREE.Vector3(0.35, -1, 0.42).normalize(), distance);
-      camera.near = distance / 50; camera.far = distance * 10; camera.updateProjectionMatrix();
-      controls.target.copy(sphere.center);
+      // As near as all corners of the box allow.
+      const middle = seen.getCenter(new THREE.Vector3()), towards = new THREE.Vector3(0.35, -1, 0.42).normalize();
+      const right = new THREE.Vector3().crossVectors(camera.up, towards).normalize(), up = new THREE.Vector3().crossVectors(towards, right);
+      const slopeY = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) * 0.94, slopeX = slopeY * camera.aspect;
+      let distance = 0;
+      for (let i = 0; i < 8; i++) {
+        const arm = new THREE.Vector3(i & 1 ? seen.max.x : seen.min.x, i & 2 ? seen.max.y : seen.min.y, i & 4 ? seen.max.z : seen.min.z).sub(middle);
+        distance = Math.max(distance, arm.dot(towards) + Math.max(Math.abs(arm.dot(right)) / slopeX, Math.abs(arm.dot(up)) / slopeY));
+      }
+      camera.position.copy(middle).addScaledVector(towards, distance);
+      camera.near = distance / 50; camera.far = distance * 20; camera.updateProjectionMatrix();
+      controls.target.copy(middle);
       controls.update();
+      apartSeen = 0;
+    }
+    // Pulling apart steps back, so that everything stays in view.
+    function stepBack(apart) {
+      const arm = camera.position.clone().sub(controls.target).multiplyScalar((1 + 0.75 * apart) / (1 + 0.75 * apartSeen));
+      camera.position.copy(controls.target).add(arm);
+      controls.update();
+      apartSeen = apart;
     }
 
     function decode(mesh) {
@@ -161,6 +178,7 @@
       if (!state.dirty) return;
       state.dirty = false;
       const apart = Number($("explode").value);
+      if (apart !== apartSeen) stepBack(apart);
       for (const part of parts) {
         const shift = away[part.moves].map((a) => a * apart * size);
         part.group.matrix.makeTranslation(...shift).multiply(motionOf(part.moves, state.phi));
@@ -190,7 +208,7 @@
         const at = bounds.min[axis] + (bounds.max[axis] - bounds.min[axis]) * Number($("cut").value);
         plane.constant = axis === "y" ? -at : at;
       }
-      renderer.clippingPlanes = axis ? [plane] : [];
+      for (const part of parts) for (const m of [part.front, part.back, part.edges.material]) m.clippingPlanes = axis ? [plane] : null;
       renderer.render(world, camera);
     }
 

@@ -124,8 +124,8 @@ pub fn mechanism(parts: &[Part], view: View) -> Result<Vec<u8>> {
     encode(&solid, &glass, view)
 }
 
-/// `#rrggbb` as linear shares of 1.
-fn css_color(text: &str) -> [f32; 3] {
+/// `#rrggbb` as shares of 1.
+pub(super) fn css_color(text: &str) -> [f32; 3] {
     let number = u32::from_str_radix(text.trim_start_matches('#'), 16).unwrap_or(0);
     [16, 8, 0].map(|shift| ((number >> shift) & 255) as f32 / 255.0)
 }

@@ -1,16 +1,18 @@
 //! The report: one HTML file with the mechanism in motion, its figures and its proof, for people
 //! who have never heard of form closure. Needs no network and no server.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 use nalgebra::UnitQuaternion;
 use serde::Serialize;
 
+use super::chart;
 use super::compact::CompactMesh;
 use super::curves::{self, Plot};
 use super::figures::{self, Figure};
+use super::picture::{self, View};
 use crate::design::Design;
 use crate::load::contacts::Configuration;
 use crate::load::sensitivity::Sensitivity;
@@ -18,6 +20,9 @@ use crate::load::{LoadReport, Sampling};
 use crate::motion::Motion;
 use crate::solid::Mesh;
 use crate::{Error, Result};
+
+/// Size of the pictures of curves, pixels.
+const CHART: (u32, u32) = (1200, 480);
 
 /// Everything a report shows. Slices may be empty and options absent: the report leaves out what it
 /// is not given, except that a design without `claims` is shown as not checked.
@@ -144,6 +149,29 @@ pub fn write(input: &ReportInput, path: &Path) -> Result<()> {
     write_whole(path, html(input)?.as_bytes())
 }
 
+/// Writes pictures of the mechanism and of every curve into `folder` and returns their paths.
+///
+/// # Errors
+/// [`Error::Io`] when a file cannot be written, [`Error::Internal`] when a picture cannot be drawn.
+pub fn write_pictures(input: &ReportInput, folder: &Path) -> Result<Vec<PathBuf>> {
+    std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    let mut pictures = vec![(
+        "mechanism",
+        picture::mechanism(input.parts, View::default())?,
+    )];
+    for plot in curves::plots(input) {
+        pictures.push((plot.id, chart::png(&plot, CHART)?));
+    }
+    pictures
+        .into_iter()
+        .map(|(name, bytes)| {
+            let path = folder.join(format!("{name}.png"));
+            write_whole(&path, &bytes)?;
+            Ok(path)
+        })
+        .collect()
+}
+
 /// The report as text.
 ///
 /// # Errors
@@ -160,7 +188,7 @@ pub fn html(input: &ReportInput) -> Result<String> {
         (0, _) => "works",
         _ => "draft",
     };
-    let picture = super::picture::mechanism(input.parts, super::picture::View::default())?;
+    let picture = picture::mechanism(input.parts, View::default())?;
     render(
         "report.html",
         context! {
