@@ -374,3 +374,19 @@ fn synthetic_designs_are_form_closed() {
         assert_eq!(closure::measure(&[[0.0; 4]; 2], 1), 0.0);
     }
 }
+
+#[test]
+fn at_a_hand_over_the_next_tooth_counts() {
+    let pair = revolute();
+    for j in 0..synthetic::J {
+        let phi = j as f64 * std::f64::consts::TAU / synthetic::J as f64;
+        for (offset, tooth) in [
+            (0.0, j),
+            (1e-6, j),
+            (-1e-6, (j + synthetic::J - 1) % synthetic::J),
+        ] {
+            let at = Configuration::at(&pair, &motion(Class::R1), phi + offset).unwrap();
+            assert_eq!(at.contacts[0].tooth, tooth, "φ = {phi} + {offset}");
+        }
+    }
+}

@@ -33,6 +33,12 @@ pub fn png(plot: &Plot, (width, height): (u32, u32)) -> Result<Vec<u8>> {
     )
 }
 
+/// Each pixel is the mean of this many squared: smooth lines.
+const FINER: u32 = 2;
+
+/// The axis counts eighths of a turn, deg, so that its round numbers are round angles.
+const EIGHTH: f64 = 45.0;
+
 /// Registers the letters once.
 fn font() -> Result<()> {
     static READY: OnceLock<bool> = OnceLock::new();
@@ -62,25 +68,25 @@ fn draw(
         format!("{} · {}", plot.title, plot.unit)
     };
     let mut chart = ChartBuilder::on(&area)
-        .caption(heading, (FONT.0, 30))
-        .margin(16)
-        .x_label_area_size(40)
-        .y_label_area_size(80)
-        .build_cartesian_2d(x.0..x.1, low..high)?;
+        .caption(heading, (FONT.0, 30 * FINER))
+        .margin(16 * FINER)
+        .x_label_area_size(40 * FINER)
+        .y_label_area_size(80 * FINER)
+        .build_cartesian_2d(x.0 / EIGHTH..x.1 / EIGHTH, low..high)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(RGBColor(221, 227, 234))
-        .axis_style(RGBColor(91, 104, 119))
-        .label_style((FONT.0, 20))
+        .bold_line_style(ShapeStyle::from(RGBColor(221, 227, 234)).stroke_width(FINER))
+        .axis_style(ShapeStyle::from(RGBColor(91, 104, 119)).stroke_width(FINER))
+        .label_style((FONT.0, 20 * FINER))
         .x_labels(9)
         .y_labels(6)
-        .x_label_formatter(&|x| format!("{x:.0}°"))
+        .x_label_formatter(&|x| format!("{:.0}°", x * EIGHTH))
         .y_label_formatter(&|y| super::figures::rounded(*y, 2))
         .draw()?;
     for series in &plot.series {
         let color = rgb(series.color);
-        let line = ShapeStyle::from(color).stroke_width(3);
+        let line = ShapeStyle::from(color).stroke_width(3 * FINER);
         // A gap in the values is a gap in the curve.
         let points: Vec<(f64, Option<f64>)> = plot
             .phi_deg
@@ -94,13 +100,13 @@ fn draw(
             .filter(|run| !run.is_empty())
         {
             let drawn = chart.draw_series(LineSeries::new(
-                run.iter().filter_map(|&(x, y)| Some((x, y?))),
+                run.iter().filter_map(|&(x, y)| Some((x / EIGHTH, y?))),
                 line,
             ))?;
             if let Some(label) = label.take() {
-                drawn
-                    .label(label)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 26, y)], line));
+                drawn.label(label).legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 26 * FINER as i32, y)], line)
+                });
             }
         }
     }
@@ -110,7 +116,7 @@ fn draw(
             .position(SeriesLabelPosition::UpperRight)
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(221, 227, 234))
-            .label_font((FONT.0, 20))
+            .label_font((FONT.0, 20 * FINER))
             .draw()?;
     }
     area.present()?;

@@ -57,7 +57,7 @@ struct Layer {
     samples: Vec<Sample>,
 }
 
-/// PNG of `parts` where they are, on a transparent ground.
+/// PNG of `parts` where they are, on white.
 ///
 /// # Errors
 /// [`Error::Internal`] when the picture cannot be encoded.
@@ -208,40 +208,31 @@ impl Layer {
 
 /// Puts the glass layer over the solid one and writes the mean of each pixel's samples.
 fn encode(solid: &Layer, glass: &Layer, view: View) -> Result<Vec<u8>> {
-    let over = |i: usize| -> [f32; 4] {
+    let over = |i: usize| -> [f32; 3] {
         let (s, g) = (solid.samples[i], glass.samples[i]);
         let behind = s.depth.is_finite();
-        let mut color = s.color;
-        let mut alpha = if behind { 1.0 } else { 0.0 };
+        let ground = if behind { s.color } else { [1.0; 3] };
         if g.depth > s.depth {
-            let share = if behind { GLASS[0] } else { GLASS[1] };
-            for (c, g) in color.iter_mut().zip(g.color) {
-                *c = if behind {
-                    *c * (1.0 - share) + g * share
-                } else {
-                    g
-                };
-            }
-            alpha = f32::max(alpha, share);
+            let share = GLASS[usize::from(!behind)];
+            [0, 1, 2].map(|c| ground[c] * (1.0 - share) + g.color[c] * share)
+        } else {
+            ground
         }
-        [color[0] * alpha, color[1] * alpha, color[2] * alpha, alpha]
     };
-    let mut bytes = Vec::with_capacity(view.width * view.height * 4);
+    let mut bytes = Vec::with_capacity(view.width * view.height * 3);
     for y in 0..view.height {
         for x in 0..view.width {
-            let mut sum = [0.0f32; 4];
+            let mut sum = [0.0f32; 3];
             for sub in 0..SAMPLES * SAMPLES {
                 let (sx, sy) = (x * SAMPLES + sub % SAMPLES, y * SAMPLES + sub / SAMPLES);
                 for (total, part) in sum.iter_mut().zip(over(sy * solid.width + sx)) {
                     *total += part;
                 }
             }
-            let alpha = sum[3].max(1e-6);
-            bytes.extend([0, 1, 2].map(|i| (255.0 * sum[i] / alpha).round() as u8));
-            bytes.push((255.0 * sum[3] / (SAMPLES * SAMPLES) as f32).round() as u8);
+            bytes.extend(sum.map(|s| (255.0 * s / (SAMPLES * SAMPLES) as f32).round() as u8));
         }
     }
-    png_bytes(&bytes, (view.width, view.height), png::ColorType::Rgba)
+    png_bytes(&bytes, (view.width, view.height), png::ColorType::Rgb)
 }
 
 /// PNG file of 8-bit samples.

@@ -12,6 +12,9 @@ use crate::{Error, Result};
 /// 20 to 40 stations per tooth is below 1e-8 of the value.
 const WINDOW: usize = 6;
 
+/// Angles closer than this to a hand-over are at it, rad.
+const HANDOVER: f64 = 1e-9;
+
 /// One tooth pair in contact.
 #[derive(Debug, Clone)]
 pub struct Contact {
@@ -103,18 +106,18 @@ fn missing(phi: f64, pair: usize) -> Error {
 pub fn active_tooth(pair: &SubGearPair, phi: f64) -> Option<(usize, f64)> {
     let depth = |tooth: &ToothPair| {
         let middle = 0.5 * (tooth.phi_start + tooth.phi_end);
+        let half = 0.5 * (tooth.phi_end - tooth.phi_start);
         let shifted = phi - TAU * ((phi - middle) / TAU).round();
-        (
-            0.5 * (tooth.phi_end - tooth.phi_start) - (shifted - middle).abs(),
-            shifted,
-        )
+        // Where one subinterval ends and the next begins, the next one's tooth counts.
+        let newcomer = HANDOVER * (middle - shifted) / half;
+        (half - (shifted - middle).abs() + newcomer, shifted)
     };
     pair.teeth
         .iter()
         .map(depth)
         .enumerate()
         .max_by(|a, b| a.1.0.total_cmp(&b.1.0))
-        .filter(|(_, (depth, _))| *depth >= -1e-9)
+        .filter(|(_, (depth, _))| *depth >= -2.0 * HANDOVER)
         .map(|(j, (_, shifted))| (j, shifted))
 }
 
