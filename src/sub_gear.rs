@@ -5,37 +5,87 @@ use nalgebra::Vector3;
 use crate::contact::{Grid, ToothLaw, Trace, trace};
 use crate::design::Gear;
 
-/// Design variables of a band: one tooth law, and how four of its numbers vary from tooth to tooth
-/// with the first two harmonics of the driver angle at mid contact.
+/// What the teeth of a band have in common; rad and mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sketch {
+    /// Pressure angle α at mid contact.
+    pub alpha: f64,
+    /// Change of α over the contact.
+    pub alpha_change: f64,
+    /// Share of rolling: 1 tilts the normals so that the contact stays at the pitch point and moves
+    /// along z only (helical teeth), 0 keeps them level (spur teeth, contact along a line of action).
+    pub roll: f64,
+    /// Change of β over the contact on top of what rolling asks for.
+    pub beta_change: f64,
+    /// Turning side: +1 or −1, the sign of n_y.
+    pub side: f64,
+    /// Axial coordinate at mid contact.
+    pub z: f64,
+    /// Axial travel of the contact.
+    pub travel: f64,
+    /// Offset of the contact from the pitch point along n at mid contact.
+    pub offset: f64,
+}
+
+/// Design variables of a band: a sketch common to its teeth, and how four numbers of each tooth depart
+/// from it.
+#[derive(Debug, Clone, PartialEq)]
 pub struct BandLaw {
-    /// Mean law of the band.
-    pub tooth: ToothLaw,
-    /// Amplitudes (cos φ, sin φ, cos 2φ, sin 2φ) added to α, β (rad), offset and z (mm).
-    pub waves: [[f64; 4]; 4],
+    /// Common to the band.
+    pub sketch: Sketch,
+    /// Added to α, β (rad), offset and z (mm) of tooth j.
+    pub shifts: Vec<[f64; 4]>,
 }
 
 impl BandLaw {
-    /// Law of the tooth whose contact interval is centred at driver angle `phi`.
-    pub fn at(&self, phi: f64) -> ToothLaw {
-        let basis = [phi.cos(), phi.sin(), (2.0 * phi).cos(), (2.0 * phi).sin()];
-        let wave = |w: &[f64; 4]| w.iter().zip(basis).map(|(a, b)| a * b).sum::<f64>();
-        let mut law = self.tooth;
-        law.alpha += wave(&self.waves[0]);
-        law.beta += wave(&self.waves[1]);
-        law.offset += wave(&self.waves[2]);
-        law.z += wave(&self.waves[3]);
-        law
+    /// J teeth after one sketch.
+    pub fn uniform(sketch: Sketch, teeth: usize) -> BandLaw {
+        BandLaw { sketch, shifts: vec![[0.0; 4]; teeth] }
+    }
+
+    /// Law of tooth `j`.
+    pub fn at(&self, grid: &Grid, j: usize) -> ToothLaw {
+        let s = &self.sketch;
+        let [alpha, beta, offset, z] = self.shifts[j];
+        let alpha = s.alpha + alpha;
+        let z = s.z + z;
+        let (start, middle, end) = (-0.5, 0.0, 0.5);
+        let rolling = |u: f64| rolling_beta(grid, j, u, alpha + s.alpha_change * u, (s.side, z + s.travel * u, s.travel));
+        let share = |tan: f64| (s.roll * tan).atan();
+        ToothLaw {
+            alpha,
+            beta: share(rolling(middle)) + beta,
+            alpha_change: s.alpha_change,
+            beta_change: share(rolling(end)) - share(rolling(start)) + s.beta_change,
+            side: s.side,
+            z,
+            travel: s.travel,
+            offset: s.offset + offset,
+        }
     }
 
     /// All design variables in a row, as stored in `design.json`.
-    pub fn to_parameters(self) -> Vec<f64> {
-        let t = self.tooth;
-        let mut row =
-            vec![t.alpha, t.beta, t.alpha_change, t.beta_change, t.side, t.z, t.travel, t.offset];
-        row.extend(self.waves.iter().flatten());
+    pub fn to_parameters(&self) -> Vec<f64> {
+        let s = self.sketch;
+        let mut row = vec![s.alpha, s.alpha_change, s.roll, s.beta_change, s.side, s.z, s.travel, s.offset];
+        row.extend(self.shifts.iter().flatten());
         row
     }
+}
+
+/// tan β of the normal that is perpendicular to the path of the pitch point over the gears at `u` of
+/// tooth `j`, for pressure angle `alpha` and a locus at height `z` with axial travel.
+fn rolling_beta(grid: &Grid, j: usize, u: f64, alpha: f64, (side, z, travel): (f64, f64, f64)) -> f64 {
+    let nodes = &grid.teeth[j];
+    let last = nodes.len() - 1;
+    let i = ((u + 0.5) * last as f64).round() as usize;
+    let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+    let span = nodes[after].phi - nodes[before].phi;
+    // A start value for the search, so a difference quotient of the tabulated pitch points is enough.
+    let mut path = (nodes[after].pitch_point(z) - nodes[before].pitch_point(z)) / span;
+    path.z = travel / (2.0 * grid.half_interval);
+    let t = path - nodes[i].driver.velocity(nodes[i].pitch_point(z));
+    -(alpha.sin() * t.x + side * alpha.cos() * t.y) / t.z
 }
 
 /// Contacts of all J teeth.
@@ -85,42 +135,36 @@ impl Band {
     /// Traces all teeth of `law`.
     ///
     /// # Errors
-    /// [`Flaw::Degenerate`] when a tooth cannot be traced.
-    pub fn trace(grid: &Grid, law: BandLaw) -> Result<Band, Flaw> {
+    /// The first flaw of a tooth by itself.
+    pub fn trace(grid: &Grid, law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
         let teeth = (0..grid.teeth.len())
-            .map(|j| {
-                let middle = grid.teeth[j][grid.steps].phi;
-                trace(grid, j, &law.at(middle)).ok_or(Flaw::Degenerate)
-            })
+            .map(|j| tooth(grid, j, &law.at(grid, j), margins))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Band { law, teeth })
     }
 
-    /// Checks what every tooth must satisfy by itself: gap, cusp, fold.
+    /// Traces all teeth of `law`, raising the pressure angle of those that would cross their mates
+    /// beside the contact: a steeper push parts the surfaces faster, at the price of less torque.
     ///
     /// # Errors
-    /// The first flaw found.
-    pub fn check_teeth(&self, grid: &Grid, margins: &Margins) -> Result<(), Flaw> {
-        for (j, tooth) in self.teeth.iter().enumerate() {
-            for c in tooth {
-                let finite = c.gap.is_finite() && c.p.iter().all(|x| x.is_finite());
-                if !finite {
-                    return Err(Flaw::Degenerate);
-                }
-                if c.gap < margins.gap {
-                    return Err(Flaw::Gap);
-                }
-                if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {
-                    return Err(Flaw::Cusp);
-                }
-            }
-            for gear in [Gear::Driver, Gear::Follower] {
-                if folds(grid, j, tooth, gear, margins.bead_radius) {
-                    return Err(Flaw::Fold);
+    /// The flaw of the first tooth that no pressure angle up to 70° mends.
+    pub fn mend(grid: &Grid, mut law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
+        let mut teeth = Vec::with_capacity(grid.teeth.len());
+        for j in 0..grid.teeth.len() {
+            loop {
+                match tooth(grid, j, &law.at(grid, j), margins) {
+                    Ok(trace) => {
+                        teeth.push(trace);
+                        break;
+                    }
+                    Err(Flaw::Gap) if law.at(grid, j).alpha < 70f64.to_radians() => {
+                        law.shifts[j][0] += 5f64.to_radians();
+                    }
+                    Err(flaw) => return Err(flaw),
                 }
             }
         }
-        Ok(())
+        Ok(Band { law, teeth })
     }
 
     /// Axis of the bead of tooth `j` in the frame of `gear`: the contact curve moved by the bead
@@ -136,6 +180,28 @@ impl Band {
             })
             .collect()
     }
+}
+
+/// Traces one tooth and checks what it must satisfy by itself: gap, cusp, fold.
+fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Trace, Flaw> {
+    let tooth = trace(grid, j, law).ok_or(Flaw::Degenerate)?;
+    for c in &tooth {
+        if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
+            return Err(Flaw::Degenerate);
+        }
+        if c.gap < margins.gap {
+            return Err(Flaw::Gap);
+        }
+        if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {
+            return Err(Flaw::Cusp);
+        }
+    }
+    for gear in [Gear::Driver, Gear::Follower] {
+        if folds(grid, j, &tooth, gear, margins.bead_radius) {
+            return Err(Flaw::Fold);
+        }
+    }
+    Ok(tooth)
 }
 
 /// Contact point, normal into the material and tangent of station `i` of tooth `j` in the frame of

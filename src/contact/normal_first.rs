@@ -80,7 +80,7 @@ pub struct ToothLaw {
     pub z: f64,
     /// Axial travel of the locus over the interval.
     pub travel: f64,
-    /// Offset of the contact from the pitch point (−L/2, 0, z) along n at u = 0.
+    /// Offset of the contact from the pitch point along n at u = 0.
     pub offset: f64,
 }
 
@@ -95,6 +95,17 @@ impl ToothLaw {
             Vector3::new(cb * sa, self.side * cb * ca, sb),
             by_alpha * self.alpha_change + by_beta * self.beta_change,
         )
+    }
+}
+
+impl Node {
+    /// Pitch point at height `z`: where the gears' relative velocity has no component across z, mm.
+    /// For a uniform motion it is (−L/2, 0, z); a wobbling follower moves it about, as the centrodes of
+    /// non-circular gears.
+    pub fn pitch_point(&self, z: f64) -> Vector3<f64> {
+        let w = self.follower.omega - self.driver.omega;
+        let v = self.follower.v_origin - self.driver.v_origin;
+        Vector3::new((w.x * z - v.y) / w.z, (v.x + w.y * z) / w.z, z)
     }
 }
 
@@ -198,7 +209,7 @@ pub fn trace(grid: &Grid, j: usize, law: &ToothLaw) -> Option<Trace> {
     let local = |i: usize| {
         Local::new(&nodes[i], law, i as f64 / (2 * grid.steps) as f64 - 0.5, interval)
     };
-    let pitch_point = Vector3::new(-0.5 * grid.center_distance, 0.0, law.z);
+    let pitch_point = nodes[middle].pitch_point(law.z);
     let middle_local = local(middle)?;
     let q_middle = middle_local.n.dot(&pitch_point) + law.offset;
 
@@ -219,7 +230,7 @@ pub fn trace(grid: &Grid, j: usize, law: &ToothLaw) -> Option<Trace> {
             q += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             let contact = next.contact(&nodes[i2], q);
             // A contact further than L from the pitch point belongs to no gear of this size.
-            if (contact.p - pitch_point).norm() > grid.center_distance {
+            if !((contact.p - pitch_point).norm() < grid.center_distance) {
                 return None;
             }
             contacts.push(contact);

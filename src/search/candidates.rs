@@ -7,12 +7,13 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::clearance::{Scene, Swept};
+use super::polish::mutate;
 use crate::closure::{Wrench, wrench};
-use crate::contact::{Grid, ToothLaw};
+use crate::contact::Grid;
 use crate::design::Gear;
 use crate::motion::{Class, Motion};
 use crate::settings::Settings;
-use crate::sub_gear::{Band, BandLaw, Flaw, Margins};
+use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch};
 
 /// Everything a candidate is judged by; built once per search.
 #[derive(Debug, Clone)]
@@ -78,26 +79,12 @@ impl Workshop {
         }
     }
 
-    /// Makes a band of `law` and tests it by itself.
-    ///
-    /// # Errors
-    /// The first flaw found.
-    pub fn make(&self, law: BandLaw) -> Result<Candidate, Flaw> {
-        let band = self.trace(law)?;
-        self.finish(&band)
-    }
-
-    /// Traces and runs the tests that need no collision model.
+    /// Traces a band and runs the tests that need no collision model.
     ///
     /// # Errors
     /// The first flaw found.
     pub fn trace(&self, law: BandLaw) -> Result<Band, Flaw> {
-        let band = Band::trace(&self.grid, law)?;
-        band.check_teeth(&self.grid, &self.margins)?;
-        for gear in [Gear::Driver, Gear::Follower] {
-            self.check_spacing(&band, gear)?;
-        }
-        Ok(band)
+        self.check_spacing(Band::trace(&self.grid, law, &self.margins)?)
     }
 
     /// Runs the collision tests on a traced band.
@@ -106,7 +93,7 @@ impl Workshop {
     /// The first flaw found.
     pub fn finish(&self, band: &Band) -> Result<Candidate, Flaw> {
         let swept = self.scene.prepare(band, &self.grid)?;
-        Ok(Candidate { law: band.law, wrenches: self.wrenches(band), swept })
+        Ok(Candidate { law: band.law.clone(), wrenches: self.wrenches(band), swept })
     }
 
     /// n̄ of a band at the workshop's phases.
@@ -121,22 +108,25 @@ impl Workshop {
             .collect()
     }
 
-    fn check_spacing(&self, band: &Band, gear: Gear) -> Result<(), Flaw> {
+    fn check_spacing(&self, band: Band) -> Result<Band, Flaw> {
+        let tight = [Gear::Driver, Gear::Follower].into_iter().any(|gear| self.is_tight(&band, gear));
+        if tight { Err(Flaw::Spacing) } else { Ok(band) }
+    }
+
+    /// Whether neighbouring teeth of `gear` come closer than the margin.
+    fn is_tight(&self, band: &Band, gear: Gear) -> bool {
         let count = band.teeth.len();
         let axes: Vec<_> = (0..count)
             .map(|j| band.bead_axis(&self.grid, j, gear, self.margins.bead_radius, 3))
             .collect();
-        for j in 0..count {
+        (0..count).any(|j| {
             let next = &axes[(j + 1) % count];
             let near = axes[j]
                 .iter()
                 .flat_map(|a| next.iter().map(move |b| (a - b).norm_squared()))
                 .fold(f64::INFINITY, f64::min);
-            if near.sqrt() < self.margins.spacing {
-                return Err(Flaw::Spacing);
-            }
-        }
-        Ok(())
+            near.sqrt() < self.margins.spacing
+        })
     }
 
     /// Length scale of the gear, L/25.
@@ -149,23 +139,80 @@ impl Workshop {
     pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
         let s = self.scale;
         let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
-        let travel = rng.random_range(4.0..14.0) * s * sign(rng);
+        let travel = rng.random_range(3.0..12.0) * s * sign(rng);
         let z = if self.class.is_spherical() {
-            rng.random_range(6.0..30.0) * s * sign(rng)
+            (rng.random_range(5.0..22.0) * s + 0.5 * travel.abs()) * sign(rng)
         } else {
             rng.random_range(-16.0..16.0) * s
         };
-        let tooth = ToothLaw {
-            alpha: rng.random_range(5f64.to_radians()..50f64.to_radians()),
-            beta: rng.random_range(-(60f64.to_radians())..60f64.to_radians()),
-            alpha_change: rng.random_range(-0.6..0.6),
-            beta_change: rng.random_range(-0.6..0.6),
+        let sketch = Sketch {
+            alpha: rng.random_range(10f64.to_radians()..55f64.to_radians()),
+            alpha_change: rng.random_range(-0.3..0.3),
+            roll: rng.random_range(0.2..1.2),
+            beta_change: rng.random_range(-0.3..0.3),
             side: sign(rng),
             z,
             travel,
-            offset: rng.random_range(-2.0..2.0) * s,
+            offset: rng.random_range(-1.5..1.5) * s,
         };
-        BandLaw { tooth, waves: [[0.0; 4]; 4] }
+        BandLaw::uniform(sketch, self.grid.teeth.len())
+    }
+
+    /// The other flank: a band of the opposite turning side that shares the teeth's axial range, as the
+    /// two flanks of a helical tooth do. Half a turn about the x axis with time reversed maps a uniform
+    /// motion on itself and a helical fin on one of the same hand; an axial shift sets the two fins side
+    /// by side; wobble needs the random change on top.
+    fn opposite(&self, rng: &mut impl Rng, law: &BandLaw) -> BandLaw {
+        let mut law = law.clone();
+        let tooth = &mut law.sketch;
+        tooth.side = -tooth.side;
+        tooth.beta_change = -tooth.beta_change;
+        tooth.alpha_change = -tooth.alpha_change;
+        let shift = rng.random_range(1.0..6.0) * self.scale;
+        tooth.z += if rng.random::<bool>() { shift } else { -shift };
+        for s in &mut law.shifts {
+            s[1] = -s[1];
+        }
+        mutate(rng, law, 1.0, self.scale)
+    }
+
+    /// Looks for the opposite flank of each of `bands`: usable and compatible pairs.
+    pub fn pair(&self, seed: u64, bands: &[Candidate], tries: usize) -> Vec<[Candidate; 2]> {
+        bands
+            .par_iter()
+            .enumerate()
+            .filter_map(|(i, a)| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream((4 << 40) + i as u64);
+                (0..tries).find_map(|_| {
+                    let law = self.opposite(&mut rng, &a.law);
+                    let band = Band::mend(&self.grid, law, &self.margins).ok()?;
+                    let b = self.finish(&self.check_spacing(band).ok()?).ok()?;
+                    self.scene.compatible(&a.swept, &b.swept).then(|| [a.clone(), b])
+                })
+            })
+            .collect()
+    }
+
+    /// Breeds `count` children of `parents`: compact parents more often than others. Returns the
+    /// usable children, in order.
+    pub fn breed(&self, seed: u64, generation: u64, parents: &[Candidate], count: usize) -> Vec<Candidate> {
+        let height = |c: &Candidate| {
+            let (low, high) = c.swept.extent();
+            if self.class.is_spherical() { low.abs().max(high.abs()) } else { high - low }
+        };
+        (0..count)
+            .into_par_iter()
+            .filter_map(|i| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream((3 << 40) + (generation << 24) + i as u64);
+                let [a, b] = [0; 2].map(|_| &parents[rng.random_range(0..parents.len())]);
+                let parent = if height(a) < height(b) { a } else { b };
+                let law = mutate(&mut rng, parent.law.clone(), 2.0, self.scale);
+                let band = Band::mend(&self.grid, law, &self.margins).ok()?;
+                self.finish(&self.check_spacing(band).ok()?).ok()
+            })
+            .collect()
     }
 
     /// Draws candidates number `first..first + count` of the stream of `seed`: the usable ones, in
@@ -176,7 +223,8 @@ impl Workshop {
             .map(|i| {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 rng.set_stream(i as u64);
-                self.make(self.draw(&mut rng))
+                let band = Band::mend(&self.grid, self.draw(&mut rng), &self.margins)?;
+                self.finish(&self.check_spacing(band)?)
             })
             .collect();
         let mut flaws = BTreeMap::new();

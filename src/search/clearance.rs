@@ -19,13 +19,28 @@ struct Ball {
     tooth: u8,
 }
 
+/// One sampled phase.
+#[derive(Debug, Clone, Copy)]
+struct Phase {
+    phi: f64,
+    /// Follower seen from the driver, and the other way round.
+    follower_in_driver: Pose,
+    driver_in_follower: Pose,
+    /// Both gears seen from the joint centre.
+    driver: Pose,
+    follower: Pose,
+}
+
 /// What every band is tested against.
 #[derive(Debug, Clone)]
 pub struct Scene {
     envelope: Envelope,
     center_distance: f64,
-    /// Driver and follower poses and joint centre, in an order that visits far phases first.
-    phases: Vec<(Pose, Pose, Vector3<f64>)>,
+    /// Phases of the turn, in an order that visits far ones first.
+    phases: Vec<Phase>,
+    /// Driver angle at mid contact of tooth 0, and the angle between teeth.
+    first: f64,
+    pitch: f64,
     bead_radius: f64,
     bead_depths: Vec<f64>,
     rib_radius: f64,
@@ -47,15 +62,24 @@ impl Scene {
         let phases = (0..count)
             .map(|i| {
                 let phi = ((i * step) % count) as f64 * std::f64::consts::TAU / count as f64;
-                (MotionState::driver(l, phi).pose, motion.state(phi).pose, motion.joint_centre(phi))
+                let mut driver = MotionState::driver(l, phi).pose;
+                let mut follower = motion.state(phi).pose;
+                let follower_in_driver = driver.inverse_mul(&follower);
+                let driver_in_follower = follower.inverse_mul(&driver);
+                driver.translation -= motion.joint_centre(phi);
+                follower.translation -= motion.joint_centre(phi);
+                Phase { phi, follower_in_driver, driver_in_follower, driver, follower }
             })
             .collect();
+        let pitch = std::f64::consts::TAU / settings.gear.teeth as f64;
         let (t, r) = (settings.gear.tooth_thickness_mm, settings.gear.flank_radius_mm);
         let bead_depths = if t > 2.0 * r + 1e-9 { vec![r, t - r] } else { vec![0.5 * t] };
         Scene {
             envelope,
             center_distance: l,
             phases,
+            first: 0.5 * pitch,
+            pitch,
             bead_radius: r,
             bead_depths,
             rib_radius: 0.5 * settings.spokes.thickness_mm,
@@ -112,6 +136,7 @@ impl Scene {
     pub fn prepare(&self, band: &Band, grid: &Grid) -> Result<Swept, Flaw> {
         let driver = self.balls(band, grid, Gear::Driver);
         let follower = self.balls(band, grid, Gear::Follower);
+        self.clear_of_joint(&follower)?;
         self.clear_of_follower_hub(&driver)?;
         let sweep = self.sweep(&follower)?;
         let field = Field::new(&driver, self.cell, self.bead_radius + self.gap);
@@ -121,25 +146,49 @@ impl Scene {
         Ok(Swept { field, sweep })
     }
 
+    /// Whether tooth `j` can be near the mesh at driver angle `phi`: within [`MESH_WINDOW`] of its
+    /// contact.
+    fn meshes(&self, j: u8, phi: f64) -> bool {
+        let turn = std::f64::consts::TAU;
+        let away = (phi - self.first - f64::from(j) * self.pitch).rem_euclid(turn);
+        away.min(turn - away) < MESH_WINDOW
+    }
+
     /// Driver balls against the follower's hub (an endless cylinder) and the socket ring.
     fn clear_of_follower_hub(&self, driver: &[Ball]) -> Result<(), Flaw> {
         let hub = self.envelope.follower_hub_radius + self.gap;
-        for (m1, m2, centre) in &self.phases {
-            let relative = m2.inverse_mul(m1);
-            for ball in driver {
-                let q = relative.apply(ball.centre);
-                if q.x.hypot(q.y) < hub + ball.radius {
+        for phase in &self.phases {
+            for ball in driver.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
+                let q = phase.driver_in_follower.apply(ball.centre);
+                let limit = hub + ball.radius;
+                if q.x * q.x + q.y * q.y < limit * limit {
                     return Err(Flaw::Hub);
                 }
-                if let Some(joint) = &self.envelope.ball_joint {
-                    let s = m1.apply(ball.centre) - centre;
-                    if joint_distance(joint, s) < ball.radius + self.gap {
-                        return Err(Flaw::Joint);
-                    }
+                if let Some(joint) = &self.envelope.ball_joint
+                    && joint_distance(joint, phase.driver.apply(ball.centre)) < ball.radius + self.gap
+                {
+                    return Err(Flaw::Joint);
                 }
             }
         }
         Ok(())
+    }
+
+    /// Follower balls against socket ring and arm; only those nearest to the plane of the joint count.
+    fn clear_of_joint(&self, follower: &[Ball]) -> Result<(), Flaw> {
+        let Some(joint) = &self.envelope.ball_joint else { return Ok(()) };
+        let reach = joint.ring_half_height.max(joint.arm_half_height) + self.gap + self.bead_radius;
+        let (sin, cos) = self.envelope.reach.tilt.sin_cos();
+        let low: Vec<&Ball> = follower
+            .iter()
+            .filter(|b| b.centre.z.abs() * cos < reach + b.centre.x.hypot(b.centre.y) * sin)
+            .collect();
+        let hit = self.phases.iter().any(|phase| {
+            low.iter().any(|b| {
+                joint_distance(joint, phase.follower.apply(b.centre)) < b.radius + self.gap
+            })
+        });
+        if hit { Err(Flaw::Joint) } else { Ok(()) }
     }
 
     /// Follower balls through the period, seen from the driver; those that come near it.
@@ -148,16 +197,9 @@ impl Scene {
         let hub = self.envelope.driver_hub_radius + self.gap;
         let reach = 0.76 * self.center_distance;
         let mut sweep = Sweep { points: Vec::new(), low: f32::MAX, high: f32::MIN };
-        for (m1, m2, centre) in &self.phases {
-            let relative = m1.inverse_mul(m2);
-            for ball in follower {
-                if let Some(joint) = &self.envelope.ball_joint {
-                    let s = m2.apply(ball.centre) - centre;
-                    if joint_distance(joint, s) < ball.radius + self.gap {
-                        return Err(Flaw::Joint);
-                    }
-                }
-                let q = relative.apply(ball.centre);
+        for phase in &self.phases {
+            for ball in follower.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
+                let q = phase.follower_in_driver.apply(ball.centre);
                 let radius = (q.x - axis.x).hypot(q.y);
                 if radius < hub + ball.radius {
                     return Err(Flaw::Hub);
@@ -183,6 +225,9 @@ impl Scene {
     }
 }
 
+/// Teeth further than this from their contact are behind their gear, rad.
+const MESH_WINDOW: f64 = 1.3;
+
 fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
@@ -201,6 +246,17 @@ fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
 pub struct Swept {
     field: Field,
     sweep: Sweep,
+}
+
+impl Swept {
+    /// Axial extent of the mesh, driver and follower together, lowest and highest z in Σ.
+    pub fn extent(&self) -> (f64, f64) {
+        let field = &self.field;
+        let pad = field.range + field.depth;
+        let top = field.low[2] + field.cell * (field.size[2] - 1) as f32 - pad;
+        let low = self.sweep.low.min(field.low[2] + pad);
+        (f64::from(low), f64::from(self.sweep.high.max(top)))
+    }
 }
 
 #[derive(Debug, Clone, Copy)]

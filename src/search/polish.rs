@@ -56,7 +56,7 @@ impl Team {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream((2 << 40) + self.generation * PROPOSALS as u64 + i as u64);
         let slot = rng.random_range(0..self.bands.len());
-        let law = mutate(&mut rng, self.bands[slot].law, self.step, workshop.scale());
+        let law = mutate(&mut rng, self.bands[slot].law.clone(), self.step, workshop.scale());
         let band = workshop.trace(law).ok()?;
         let wrenches = workshop.wrenches(&band);
         let team = self
@@ -85,18 +85,18 @@ fn team_q<'a>(workshop: &Workshop, team: impl Iterator<Item = &'a [Wrench]>, flo
 }
 
 /// Changes about a third of the design variables by normal steps of natural size × `step`.
-fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
-    let mut nudge = |rng: &mut dyn Rng, x: &mut f64, size: f64, share: f64| {
+pub(super) fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
+    let nudge = |rng: &mut dyn Rng, x: &mut f64, size: f64, share: f64| {
         if rng.random::<f64>() < share {
             // Sum of uniforms: close to normal, bounded.
             let draw: f64 = (0..4).map(|_| rng.random::<f64>() - 0.5).sum::<f64>() * 1.7;
             *x += draw * size * step;
         }
     };
-    let t = &mut law.tooth;
+    let t = &mut law.sketch;
     for (x, size) in [
         (&mut t.alpha, 0.1),
-        (&mut t.beta, 0.1),
+        (&mut t.roll, 0.1),
         (&mut t.alpha_change, 0.1),
         (&mut t.beta_change, 0.1),
         (&mut t.z, 0.8 * scale),
@@ -105,11 +105,15 @@ fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLa
     ] {
         nudge(rng, x, size, 0.35);
     }
-    let waving = rng.random::<f64>() < 0.6;
-    if waving {
-        for (row, size) in law.waves.iter_mut().zip([0.06, 0.06, 0.3 * scale, 0.4 * scale]) {
-            for x in row {
-                nudge(rng, x, size, 0.25);
+    // Single teeth, in some of the proposals: a stretch of neighbours moves together.
+    if rng.random::<f64>() < 0.6 {
+        let teeth = law.shifts.len();
+        let (first, length) = (rng.random_range(0..teeth), rng.random_range(1..=teeth / 2 + 1));
+        for (which, size) in [0.08, 0.08, 0.3 * scale, 0.4 * scale].into_iter().enumerate() {
+            let mut shift = 0.0;
+            nudge(rng, &mut shift, size, 0.4);
+            for j in first..first + length {
+                law.shifts[j % teeth][which] += shift;
             }
         }
     }
