@@ -137,7 +137,7 @@ fn hyperplane_normal(wrenches: &[Wrench], subset: &[usize], dof: usize) -> Wrenc
 }
 
 /// Next subset in lexicographic order of indices below `count`; false after the last.
-fn next_subset(subset: &mut [usize], count: usize) -> bool {
+pub(crate) fn next_subset(subset: &mut [usize], count: usize) -> bool {
     let size = subset.len();
     for i in (0..size).rev() {
         if subset[i] < count - size + i {

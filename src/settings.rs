@@ -1,5 +1,5 @@
 //! Every setting of a design with its documented default; the `[gear]`, `[fit]`, `[hub]`,
-//! `[spokes]`, `[support]`, `[search]` tables of a motion file are read straight into these.
+//! `[spokes]`, `[support]`, `[search]`, `[load]` tables of a motion file are read straight into these.
 
 mod check;
 
@@ -21,6 +21,8 @@ pub struct Settings {
     pub support: Support,
     /// Optimiser.
     pub search: Search,
+    /// What the mechanism has to carry.
+    pub load: crate::load::Load,
 }
 
 /// Number of sub-gear pairs K: from N+1 upwards, or fixed.

@@ -53,6 +53,7 @@ impl Settings {
             spokes,
             support,
             search,
+            load: _,
         } = self;
         c.range(
             "gear.center_distance_mm",
