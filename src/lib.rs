@@ -16,6 +16,7 @@ pub mod settings;
 pub mod solid;
 pub mod stats;
 pub mod sub_gear;
+pub mod synthesis;
 pub mod verify;
 
 pub use error::{Error, Problem, Result};
