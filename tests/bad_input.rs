@@ -1,5 +1,7 @@
 //! Every kind of bad input has its own message: where, what was found, what is allowed.
 
+#![allow(clippy::unwrap_used)] // a failing unwrap is a failing test
+
 use std::path::Path;
 
 use mpcgear::motion::{Class, MotionFile, starter};
