@@ -23,7 +23,10 @@ fn overlaps(class: Class, phases: u32) -> Vec<String> {
                 let volume = placed[a].intersection(&placed[b]).volume();
                 if volume > 1e-9 {
                     let (a, b) = (&solids.bodies[a].name, &solids.bodies[b].name);
-                    found.push(format!("{a}–{b} at {:.0}°: {volume:.4} mm³", phi.to_degrees()));
+                    found.push(format!(
+                        "{a}–{b} at {:.0}°: {volume:.4} mm³",
+                        phi.to_degrees()
+                    ));
                 }
             }
         }
