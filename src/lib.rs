@@ -9,10 +9,12 @@ pub mod design;
 pub mod envelope;
 mod error;
 pub mod export;
+pub mod load;
 pub mod motion;
 pub mod search;
 pub mod settings;
 pub mod solid;
+pub mod stats;
 pub mod sub_gear;
 pub mod verify;
 

@@ -3,9 +3,16 @@
 //! Everything is rendered in memory first ([`files`]), then written at once ([`folder::publish`]),
 //! so that files appear whole or not at all.
 
+pub mod chart;
+mod compact;
+pub mod compare;
+pub mod curves;
+pub mod figures;
 pub mod folder;
 pub mod openscad;
 pub mod parts;
+pub mod picture;
+pub mod report;
 mod scad_bed;
 mod scad_csg;
 mod scad_teeth;

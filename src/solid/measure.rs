@@ -132,7 +132,7 @@ impl<'a> Sampler<'a> {
             .flat_map(move |(_, pose, _)| points.iter().map(move |&q| pose.apply(q)))
     }
 
-    fn from_driver_axis(&self, p: Vector3<f64>) -> f64 {
+    fn axis_distance(&self, p: Vector3<f64>) -> f64 {
         (p.x + self.center_distance).hypot(p.y)
     }
 }
@@ -165,7 +165,7 @@ impl Measures {
         let driver_z = range(driver_teeth.iter().map(|p| p.z)).unwrap_or((0.0, 0.0));
         let driver_reach = driver_teeth
             .iter()
-            .map(|&p| sampler.from_driver_axis(p))
+            .map(|&p| sampler.axis_distance(p))
             .fold(envelope.driver_hub_radius, f64::max);
 
         // Drums of the follower: along its teeth, on either side of a ball.
@@ -205,7 +205,7 @@ impl Measures {
         let meets_driver = |radius: f64| {
             sampler
                 .carried(&drum_rims(radius))
-                .any(|p| sampler.from_driver_axis(p) < envelope.driver_hub_radius + gap)
+                .any(|p| sampler.axis_distance(p) < envelope.driver_hub_radius + gap)
         };
         while grown > least && meets_driver(grown) {
             grown = (grown - 0.25).max(least);
@@ -237,7 +237,7 @@ impl Measures {
         let eye = eye_radius(design);
         let over_axis: Vec<f64> = cloud
             .iter()
-            .filter(|&&p| sampler.from_driver_axis(p) < eye + gap)
+            .filter(|&&p| sampler.axis_distance(p) < eye + gap)
             .map(|p| p.z)
             .collect();
         let driver_top = over_axis
@@ -249,7 +249,7 @@ impl Measures {
         let ring = joint.map_or(0.0, |j| j.ring_radius);
         let driver_free = cloud
             .iter()
-            .map(|&p| sampler.from_driver_axis(p) - gap)
+            .map(|&p| sampler.axis_distance(p) - gap)
             .fold(DRIVER_HUB_CAP * sampler.center_distance, f64::min)
             .min(sampler.center_distance - ring - gap);
         let driver_hub = (
@@ -261,7 +261,7 @@ impl Measures {
         let obstacles = Obstacles {
             teeth: driver_teeth
                 .iter()
-                .map(|&p| (p.z, sampler.from_driver_axis(p)))
+                .map(|&p| (p.z, sampler.axis_distance(p)))
                 .collect(),
             drum: (driver_hub.1, driver_top),
             bridge: (eye, driver_top + BRIDGE_THICKNESS + play),
@@ -368,7 +368,7 @@ impl Obstacles {
                 .collect();
             sampler
                 .carried(&points)
-                .all(|p| sampler.from_driver_axis(p) >= at(p.z) + sampler.gap)
+                .all(|p| sampler.axis_distance(p) >= at(p.z) + sampler.gap)
         };
         let mut radius = wanted;
         while radius > least {
