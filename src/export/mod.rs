@@ -1,1 +1,3 @@
-//! (in work)
+//! From solids to files.
+
+pub mod freecad;

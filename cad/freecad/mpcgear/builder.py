@@ -33,7 +33,8 @@ SECTION_ROWS = [
      "harmless while thinner than the tooth"),
 ]
 
-ONE = 1e-9  # mm; shorter edges are left out
+SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
+SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
 
 def vector(values):
@@ -189,7 +190,7 @@ def tooth_section(document, section):
     corner = radius * math.sin(low)
     shoulder = inset + radius * math.cos(low)
     flat = inset + radius * math.cos(high)
-    round_tip = flat < ONE
+    round_tip = flat < SHORTEST_EDGE
     left = [App.Vector(middle - x, y, 0) for x, y in
             ((half, -section["root"]), (shoulder, -corner), (flat, radius * math.sin(high)))]
     right = [App.Vector(2 * middle - p.x, p.y, 0) for p in left]
@@ -282,15 +283,20 @@ def frames(tooth, digit, axis):
     return result
 
 
-def rib_line(frame, section, axis, inner_radius):
-    """(placement, length) of the rib's rectangle: from the bead's middle straight towards the
-    hub's axis, ending `inner_radius` from it."""
-    outer = frame.p + frame.n * (0.5 * (section["clearance"] + section["thickness"]))
-    radial = App.Vector(outer.x - axis.x, outer.y - axis.y, 0)
-    length = radial.Length - inner_radius
-    radial.normalize()
-    across = frame.t.cross(radial).normalize()
-    return App.Placement(outer, App.Rotation(across, radial, across.cross(radial), "XYZ")), length
+def rib_lines(along, section, axis, foot):
+    """(placement, length) of the rib's rectangle at every frame: from the bead's middle straight
+    towards the hub's axis, ending `foot` from it, or nearer where the tooth itself is."""
+    lines = []
+    for frame in along:
+        outer = frame.p + frame.n * (0.5 * (section["clearance"] + section["thickness"]))
+        radial = App.Vector(outer.x - axis.x, outer.y - axis.y, 0)
+        distance = radial.Length
+        radial.normalize()
+        across = frame.t.cross(radial).normalize()
+        turned = App.Rotation(across, radial, across.cross(radial), "XYZ")
+        lines.append((App.Placement(outer, turned), distance))
+    foot = min([foot] + [SHORTEST_RIB * distance for _, distance in lines])
+    return [(placement, distance - foot) for placement, distance in lines]
 
 
 # --- Bodies --------------------------------------------------------------------------------------
@@ -324,7 +330,7 @@ class BodyBuilder:
 
     def new(self, kind, name, group=None):
         """A new hidden object in the part (and in `group`)."""
-        made = self.document.addObject(kind, re.sub(r"\W+", "", name.title()) or "Object")
+        made = self.document.addObject(kind, re.sub(r"\W+", "_", name.title()) or "Object")
         (group or self.part).addObject(made)
         made.Visibility = False
         return made
@@ -412,21 +418,24 @@ class BodyBuilder:
         return made
 
     def teeth(self, gear):
-        """Lofts of all teeth and ribs of `gear`, grouped by sub-gear pair."""
-        digit, axis, inner_radius = gear_frame(self.design, gear)
-        lofts = []
+        """Every tooth of `gear` fused with its rib, grouped by sub-gear pair."""
+        digit, axis, foot = gear_frame(self.design, gear)
+        section = self.design["section"]
+        fins = []
         for k, pair in enumerate(self.design["sub_gear_pairs"], 1):
             band = self.new("App::DocumentObjectGroup", "%s Band %d" % (gear, k))
             band.Label = "%s teeth, sub-gear pair %d" % (self.name, k)
             for j, tooth in enumerate(pair["teeth"], 1):
-                name = "%s %d_%d" % (gear, k, j)
+                name = "%s %d.%d" % (self.name, k, j)
                 along = frames(tooth, digit, axis)
-                stations = [(frame.placement(), 1.0) for frame in along]
-                lofts.append(self.loft("Tooth " + name, self.tooth_section, stations, band))
-                lines = [rib_line(f, self.design["section"], axis, inner_radius) for f in along]
-                if min(length for _, length in lines) > 0.05 * inner_radius:
-                    lofts.append(self.loft("Rib " + name, self.rib_section, lines, band))
-        return lofts
+                fin = self.new("Part::MultiFuse", "Fin " + name, band)
+                beads = [(frame.placement(), 1.0) for frame in along]
+                ribs = rib_lines(along, section, axis, foot)
+                fin.Shapes = [self.loft("Tooth " + name, self.tooth_section, beads, band),
+                              self.loft("Rib " + name, self.rib_section, ribs, band)]
+                fin.Label = "Fin " + name
+                fins.append(fin)
+        return fins
 
     def loft(self, name, section, stations, band):
         """A loft through links to `section`, one per (placement, stretch along y)."""
@@ -440,7 +449,7 @@ class BodyBuilder:
             link.ScaleVector = App.Vector(1, stretch, 1)
             links.append(link)
         made = self.new("Part::Loft", name, band)
-        made.Label = name.replace("_", ".")
+        made.Label = name
         made.Sections = links
         made.Solid = True
         return made
@@ -467,11 +476,17 @@ def runs(features):
 
 def gear_frame(design, gear):
     """(digit of the gear's station fields, point on its axis, where its ribs end)."""
-    hub = design["settings"].get("hub", {})
+    settings = design["settings"]
+    hub, support = settings["hub"], settings["support"]
     if gear == "driver":
-        axis = App.Vector(-design["settings"]["gear"]["center_distance_mm"], 0, 0)
-        return "1", axis, hub.get("driver_radius_mm", 7.0) - 1.0
-    return "2", App.Vector(0, 0, 0), hub.get("follower_radius_mm", 5.5) - 1.0
+        axis = App.Vector(-settings["gear"]["center_distance_mm"], 0, 0)
+        return "1", axis, hub["driver_radius_mm"] - 1.0
+    if design["class"] in ("3R", "3R1T"):
+        foot = hub["follower_radius_mm"] - 1.0
+    else:  # between the pin's bore and the drum
+        bore = support["pin_radius_mm"] + settings["fit"]["joint_play_mm"]
+        foot = 0.5 * (bore + hub["follower_radius_mm"])
+    return "2", App.Vector(0, 0, 0), foot
 
 
 # --- Datums --------------------------------------------------------------------------------------
