@@ -10,7 +10,13 @@ pub type Wrench = [f64; 4];
 
 /// n̄ of contact point `p`, normal `n` about joint centre `centre`, all in Σ; moments are divided by
 /// `length` (1 for Q as published, L/2 for the dimensionless Q*).
-pub fn wrench(class: Class, p: Vector3<f64>, n: Vector3<f64>, centre: Vector3<f64>, length: f64) -> Wrench {
+pub fn wrench(
+    class: Class,
+    p: Vector3<f64>,
+    n: Vector3<f64>,
+    centre: Vector3<f64>,
+    length: f64,
+) -> Wrench {
     let m = (p - centre).cross(&n) / length;
     match class {
         Class::R1 => [m.z, 0.0, 0.0, 0.0],
@@ -37,7 +43,10 @@ pub fn measure_above(wrenches: &[Wrench], dof: usize, floor: f64) -> f64 {
     }
     if dof == 1 {
         let lo = wrenches.iter().map(|w| w[0]).fold(f64::INFINITY, f64::min);
-        let hi = wrenches.iter().map(|w| w[0]).fold(f64::NEG_INFINITY, f64::max);
+        let hi = wrenches
+            .iter()
+            .map(|w| w[0])
+            .fold(f64::NEG_INFINITY, f64::max);
         return hi.min(-lo);
     }
     let mut q = f64::INFINITY;
@@ -62,7 +71,11 @@ fn facet(wrenches: &[Wrench], subset: &[usize], dof: usize) -> Option<f64> {
     let normal = hyperplane_normal(wrenches, subset, dof);
     let norm = dot(&normal, &normal).sqrt();
     let base = &wrenches[subset[0]];
-    let scale = wrenches.iter().map(|w| dot(w, w)).fold(0.0, f64::max).sqrt();
+    let scale = wrenches
+        .iter()
+        .map(|w| dot(w, w))
+        .fold(0.0, f64::max)
+        .sqrt();
     if norm <= 1e-12 * scale.powi(dof as i32 - 1) {
         return None;
     }
@@ -113,7 +126,12 @@ fn hyperplane_normal(wrenches: &[Wrench], subset: &[usize], dof: usize) -> Wrenc
                 a[i] * (b[j] * c[k] - b[k] * c[j]) - a[j] * (b[i] * c[k] - b[k] * c[i])
                     + a[k] * (b[i] * c[j] - b[j] * c[i])
             };
-            [minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)]
+            [
+                minor(1, 2, 3),
+                -minor(0, 2, 3),
+                minor(0, 1, 3),
+                -minor(0, 1, 2),
+            ]
         }
     }
 }
@@ -161,10 +179,20 @@ mod tests {
 
     #[test]
     fn interval_triangle_and_octahedron() {
-        assert_relative_eq!(measure(&[[3.0, 0.0, 0.0, 0.0], [-2.0, 0.0, 0.0, 0.0]], 1), 2.0);
-        assert_relative_eq!(measure(&[[3.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]], 1), -2.0);
+        assert_relative_eq!(
+            measure(&[[3.0, 0.0, 0.0, 0.0], [-2.0, 0.0, 0.0, 0.0]], 1),
+            2.0
+        );
+        assert_relative_eq!(
+            measure(&[[3.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]], 1),
+            -2.0
+        );
         let h = 0.75_f64.sqrt();
-        let triangle = [[1.0, 0.0, 0.0, 0.0], [-0.5, h, 0.0, 0.0], [-0.5, -h, 0.0, 0.0]];
+        let triangle = [
+            [1.0, 0.0, 0.0, 0.0],
+            [-0.5, h, 0.0, 0.0],
+            [-0.5, -h, 0.0, 0.0],
+        ];
         assert_relative_eq!(measure(&triangle, 2), 0.5, epsilon = 1e-12);
         let mut octahedron = Vec::new();
         for i in 0..3 {
@@ -179,7 +207,12 @@ mod tests {
 
     #[test]
     fn flat_or_broken_hulls_do_not_close() {
-        let flat = [[1.0, 0.0, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0], [-1.0, -1.0, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0]];
+        let flat = [
+            [1.0, 0.0, 0.0, 0.0],
+            [-1.0, 1.0, 0.0, 0.0],
+            [-1.0, -1.0, 0.0, 0.0],
+            [0.5, 0.5, 0.0, 0.0],
+        ];
         assert!(measure(&flat, 3) <= 0.0);
         assert!(measure(&[[f64::NAN; 4]; 5], 4) < 0.0);
         assert!(measure(&flat[..3], 3) < 0.0);

@@ -40,7 +40,10 @@ pub struct BandLaw {
 impl BandLaw {
     /// J teeth after one sketch.
     pub fn uniform(sketch: Sketch, teeth: usize) -> BandLaw {
-        BandLaw { sketch, shifts: vec![[0.0; 4]; teeth] }
+        BandLaw {
+            sketch,
+            shifts: vec![[0.0; 4]; teeth],
+        }
     }
 
     /// Law of tooth `j`.
@@ -50,7 +53,15 @@ impl BandLaw {
         let alpha = s.alpha + alpha;
         let z = s.z + z;
         let (start, middle, end) = (-0.5, 0.0, 0.5);
-        let rolling = |u: f64| rolling_beta(grid, j, u, alpha + s.alpha_change * u, (s.side, z + s.travel * u, s.travel));
+        let rolling = |u: f64| {
+            rolling_beta(
+                grid,
+                j,
+                u,
+                alpha + s.alpha_change * u,
+                (s.side, z + s.travel * u, s.travel),
+            )
+        };
         let share = |tan: f64| (s.roll * tan).atan();
         ToothLaw {
             alpha,
@@ -67,7 +78,16 @@ impl BandLaw {
     /// All design variables in a row, as stored in `design.json`.
     pub fn to_parameters(&self) -> Vec<f64> {
         let s = self.sketch;
-        let mut row = vec![s.alpha, s.alpha_change, s.roll, s.beta_change, s.side, s.z, s.travel, s.offset];
+        let mut row = vec![
+            s.alpha,
+            s.alpha_change,
+            s.roll,
+            s.beta_change,
+            s.side,
+            s.z,
+            s.travel,
+            s.offset,
+        ];
         row.extend(self.shifts.iter().flatten());
         row
     }
@@ -75,7 +95,13 @@ impl BandLaw {
 
 /// tan β of the normal that is perpendicular to the path of the pitch point over the gears at `u` of
 /// tooth `j`, for pressure angle `alpha` and a locus at height `z` with axial travel.
-fn rolling_beta(grid: &Grid, j: usize, u: f64, alpha: f64, (side, z, travel): (f64, f64, f64)) -> f64 {
+fn rolling_beta(
+    grid: &Grid,
+    j: usize,
+    u: f64,
+    alpha: f64,
+    (side, z, travel): (f64, f64, f64),
+) -> f64 {
     let nodes = &grid.teeth[j];
     let last = nodes.len() - 1;
     let i = ((u + 0.5) * last as f64).round() as usize;
@@ -169,7 +195,14 @@ impl Band {
 
     /// Axis of the bead of tooth `j` in the frame of `gear`: the contact curve moved by the bead
     /// radius into the material; every `stride`-th contact.
-    pub fn bead_axis(&self, grid: &Grid, j: usize, gear: Gear, bead_radius: f64, stride: usize) -> Vec<Vector3<f64>> {
+    pub fn bead_axis(
+        &self,
+        grid: &Grid,
+        j: usize,
+        gear: Gear,
+        bead_radius: f64,
+        stride: usize,
+    ) -> Vec<Vector3<f64>> {
         self.teeth[j]
             .iter()
             .enumerate()
@@ -241,7 +274,8 @@ fn folds(grid: &Grid, j: usize, tooth: &Trace, gear: Gear, radius: f64) -> bool 
         let here = section(i);
         let t = before.0 + here.0;
         let advance = (here.1[0] - before.1[0]).dot(&t);
-        let folded = (0..4).any(|k| !((here.1[k] - before.1[k]).dot(&t) > 0.25 * advance)) || !(advance > 0.0);
+        let folded = (0..4).any(|k| !((here.1[k] - before.1[k]).dot(&t) > 0.25 * advance))
+            || !(advance > 0.0);
         if folded {
             return true;
         }

@@ -58,7 +58,12 @@ impl Grid {
                     .collect()
             })
             .collect();
-        Grid { center_distance: gear.center_distance_mm, half_interval, steps, teeth }
+        Grid {
+            center_distance: gear.center_distance_mm,
+            half_interval,
+            steps,
+            teeth,
+        }
     }
 }
 
@@ -207,7 +212,12 @@ pub fn trace(grid: &Grid, j: usize, law: &ToothLaw) -> Option<Trace> {
     let step = interval / grid.steps as f64;
     let middle = grid.steps;
     let local = |i: usize| {
-        Local::new(&nodes[i], law, i as f64 / (2 * grid.steps) as f64 - 0.5, interval)
+        Local::new(
+            &nodes[i],
+            law,
+            i as f64 / (2 * grid.steps) as f64 - 0.5,
+            interval,
+        )
     };
     let pitch_point = nodes[middle].pitch_point(law.z);
     let middle_local = local(middle)?;
@@ -219,7 +229,8 @@ pub fn trace(grid: &Grid, j: usize, law: &ToothLaw) -> Option<Trace> {
         let mut q = q_middle;
         let mut here = local(middle)?;
         for k in 0..grid.steps / 2 {
-            let at = |offset: usize| (middle as isize + direction * (2 * k + offset) as isize) as usize;
+            let at =
+                |offset: usize| (middle as isize + direction * (2 * k + offset) as isize) as usize;
             let (i0, i1, i2) = (at(0), at(1), at(2));
             let (half, next) = (local(i1)?, local(i2)?);
             let rate = |l: &Local, i: usize, q: f64| l.q_rate(&nodes[i], l.point(q));

@@ -66,8 +66,10 @@ impl Workshop {
                     .map(move |i| (j, i))
             })
             .collect();
-        let centres =
-            samples.iter().map(|&(j, i)| motion.joint_centre(grid.teeth[j][2 * i].phi)).collect();
+        let centres = samples
+            .iter()
+            .map(|&(j, i)| motion.joint_centre(grid.teeth[j][2 * i].phi))
+            .collect();
         Workshop {
             class: motion.class(),
             scene: Scene::new(motion, settings, PHASES, 2),
@@ -93,7 +95,11 @@ impl Workshop {
     /// The first flaw found.
     pub fn finish(&self, band: &Band) -> Result<Candidate, Flaw> {
         let swept = self.scene.prepare(band, &self.grid)?;
-        Ok(Candidate { law: band.law.clone(), wrenches: self.wrenches(band), swept })
+        Ok(Candidate {
+            law: band.law.clone(),
+            wrenches: self.wrenches(band),
+            swept,
+        })
     }
 
     /// n̄ of a band at the workshop's phases.
@@ -109,7 +115,9 @@ impl Workshop {
     }
 
     fn check_spacing(&self, band: Band) -> Result<Band, Flaw> {
-        let tight = [Gear::Driver, Gear::Follower].into_iter().any(|gear| self.is_tight(&band, gear));
+        let tight = [Gear::Driver, Gear::Follower]
+            .into_iter()
+            .any(|gear| self.is_tight(&band, gear));
         if tight { Err(Flaw::Spacing) } else { Ok(band) }
     }
 
@@ -188,7 +196,9 @@ impl Workshop {
                     let law = self.opposite(&mut rng, &a.law);
                     let band = Band::mend(&self.grid, law, &self.margins).ok()?;
                     let b = self.finish(&self.check_spacing(band).ok()?).ok()?;
-                    self.scene.compatible(&a.swept, &b.swept).then(|| [a.clone(), b])
+                    self.scene
+                        .compatible(&a.swept, &b.swept)
+                        .then(|| [a.clone(), b])
                 })
             })
             .collect()
@@ -196,10 +206,20 @@ impl Workshop {
 
     /// Breeds `count` children of `parents`: compact parents more often than others. Returns the
     /// usable children, in order.
-    pub fn breed(&self, seed: u64, generation: u64, parents: &[Candidate], count: usize) -> Vec<Candidate> {
+    pub fn breed(
+        &self,
+        seed: u64,
+        generation: u64,
+        parents: &[Candidate],
+        count: usize,
+    ) -> Vec<Candidate> {
         let height = |c: &Candidate| {
             let (low, high) = c.swept.extent();
-            if self.class.is_spherical() { low.abs().max(high.abs()) } else { high - low }
+            if self.class.is_spherical() {
+                low.abs().max(high.abs())
+            } else {
+                high - low
+            }
         };
         (0..count)
             .into_par_iter()
@@ -217,7 +237,12 @@ impl Workshop {
 
     /// Draws candidates number `first..first + count` of the stream of `seed`: the usable ones, in
     /// order, and how many failed of what.
-    pub fn sample(&self, seed: u64, first: usize, count: usize) -> (Vec<Candidate>, BTreeMap<Flaw, usize>) {
+    pub fn sample(
+        &self,
+        seed: u64,
+        first: usize,
+        count: usize,
+    ) -> (Vec<Candidate>, BTreeMap<Flaw, usize>) {
         let made: Vec<Result<Candidate, Flaw>> = (first..first + count)
             .into_par_iter()
             .map(|i| {

@@ -4,12 +4,12 @@
 
 use nalgebra::Vector3;
 
+use crate::contact::Grid;
 use crate::design::Gear;
 use crate::envelope::{BallJoint, Envelope};
 use crate::motion::{Motion, MotionState, Pose};
 use crate::settings::Settings;
 use crate::sub_gear::{Band, Flaw};
-use crate::contact::Grid;
 
 /// Ball of a tooth or rib in the frame of its gear: centre (mm), radius (mm), tooth index.
 #[derive(Debug, Clone, Copy)]
@@ -68,12 +68,25 @@ impl Scene {
                 let driver_in_follower = follower.inverse_mul(&driver);
                 driver.translation -= motion.joint_centre(phi);
                 follower.translation -= motion.joint_centre(phi);
-                Phase { phi, follower_in_driver, driver_in_follower, driver, follower }
+                Phase {
+                    phi,
+                    follower_in_driver,
+                    driver_in_follower,
+                    driver,
+                    follower,
+                }
             })
             .collect();
         let pitch = std::f64::consts::TAU / settings.gear.teeth as f64;
-        let (t, r) = (settings.gear.tooth_thickness_mm, settings.gear.flank_radius_mm);
-        let bead_depths = if t > 2.0 * r + 1e-9 { vec![r, t - r] } else { vec![0.5 * t] };
+        let (t, r) = (
+            settings.gear.tooth_thickness_mm,
+            settings.gear.flank_radius_mm,
+        );
+        let bead_depths = if t > 2.0 * r + 1e-9 {
+            vec![r, t - r]
+        } else {
+            vec![0.5 * t]
+        };
         Scene {
             envelope,
             center_distance: l,
@@ -111,9 +124,15 @@ impl Scene {
         for j in 0..band.teeth.len() {
             let tooth = j as u8;
             for &depth in &self.bead_depths {
-                balls.extend(band.bead_axis(grid, j, gear, depth, self.stride).into_iter().map(
-                    |centre| Ball { centre, radius: self.bead_radius, tooth },
-                ));
+                balls.extend(
+                    band.bead_axis(grid, j, gear, depth, self.stride)
+                        .into_iter()
+                        .map(|centre| Ball {
+                            centre,
+                            radius: self.bead_radius,
+                            tooth,
+                        }),
+                );
             }
             for bead in band.bead_axis(grid, j, gear, self.bead_depths[0], self.stride) {
                 let outward = (bead - axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
@@ -122,7 +141,11 @@ impl Scene {
                 let count = ((radius - hub) / spacing).ceil().max(0.0) as usize;
                 for i in 1..=count {
                     let centre = bead - outward / radius * (i as f64 * spacing);
-                    balls.push(Ball { centre, radius: self.rib_radius, tooth });
+                    balls.push(Ball {
+                        centre,
+                        radius: self.rib_radius,
+                        tooth,
+                    });
                 }
             }
         }
@@ -165,7 +188,8 @@ impl Scene {
                     return Err(Flaw::Hub);
                 }
                 if let Some(joint) = &self.envelope.ball_joint
-                    && joint_distance(joint, phase.driver.apply(ball.centre)) < ball.radius + self.gap
+                    && joint_distance(joint, phase.driver.apply(ball.centre))
+                        < ball.radius + self.gap
                 {
                     return Err(Flaw::Joint);
                 }
@@ -176,7 +200,9 @@ impl Scene {
 
     /// Follower balls against socket ring and arm; only those nearest to the plane of the joint count.
     fn clear_of_joint(&self, follower: &[Ball]) -> Result<(), Flaw> {
-        let Some(joint) = &self.envelope.ball_joint else { return Ok(()) };
+        let Some(joint) = &self.envelope.ball_joint else {
+            return Ok(());
+        };
         let reach = joint.ring_half_height.max(joint.arm_half_height) + self.gap + self.bead_radius;
         let (sin, cos) = self.envelope.reach.tilt.sin_cos();
         let low: Vec<&Ball> = follower
@@ -196,7 +222,11 @@ impl Scene {
         let axis = self.axis(Gear::Driver);
         let hub = self.envelope.driver_hub_radius + self.gap;
         let reach = 0.76 * self.center_distance;
-        let mut sweep = Sweep { points: Vec::new(), low: f32::MAX, high: f32::MIN };
+        let mut sweep = Sweep {
+            points: Vec::new(),
+            low: f32::MAX,
+            high: f32::MIN,
+        };
         for phase in &self.phases {
             for ball in follower.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
                 let q = phase.follower_in_driver.apply(ball.centre);
@@ -235,7 +265,10 @@ fn gcd(a: usize, b: usize) -> usize {
 /// Distance of a point (relative to the joint centre) from socket ring and arm.
 fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
     let outside = |dx: f64, dz: f64| dx.max(0.0).hypot(dz.max(0.0)) + dx.max(dz).min(0.0);
-    let ring = outside(p.x.hypot(p.y) - joint.ring_radius, p.z.abs() - joint.ring_half_height);
+    let ring = outside(
+        p.x.hypot(p.y) - joint.ring_radius,
+        p.z.abs() - joint.ring_half_height,
+    );
     let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
     let arm = outside(across, p.z.abs() - joint.arm_half_height);
     ring.min(arm)
@@ -283,7 +316,9 @@ impl Sweep {
         }
         let gap = gap as f32;
         self.points.iter().all(|point| {
-            let Some(near) = field.at(point.at) else { return true };
+            let Some(near) = field.at(point.at) else {
+                return true;
+            };
             if own && near.tooth == point.tooth {
                 near.distance - point.radius > -TOUCH && near.other - point.radius > gap
             } else {
@@ -332,12 +367,14 @@ impl Field {
         let pad = range + depth;
         lo = lo.add_scalar(-pad);
         hi = hi.add_scalar(pad);
-        let size: [usize; 3] = std::array::from_fn(|k| ((hi[k] - lo[k]) / cell).ceil() as usize + 1);
+        let size: [usize; 3] =
+            std::array::from_fn(|k| ((hi[k] - lo[k]) / cell).ceil() as usize + 1);
         let mut cells = vec![[254, u8::MAX, 254]; size.iter().product()];
         for ball in balls {
             let reach = range + ball.radius;
-            let first: [usize; 3] =
-                std::array::from_fn(|k| ((ball.centre[k] - reach - lo[k]) / cell).ceil().max(0.0) as usize);
+            let first: [usize; 3] = std::array::from_fn(|k| {
+                ((ball.centre[k] - reach - lo[k]) / cell).ceil().max(0.0) as usize
+            });
             let last: [usize; 3] =
                 std::array::from_fn(|k| ((ball.centre[k] + reach - lo[k]) / cell).floor() as usize);
             for ix in first[0]..=last[0].min(size[0] - 1) {
@@ -365,7 +402,15 @@ impl Field {
                 }
             }
         }
-        Field { low: [lo.x as f32, lo.y as f32, lo.z as f32], size, cell: cell as f32, scale: scale as f32, depth: depth as f32, range: range as f32, cells }
+        Field {
+            low: [lo.x as f32, lo.y as f32, lo.z as f32],
+            size,
+            cell: cell as f32,
+            scale: scale as f32,
+            depth: depth as f32,
+            range: range as f32,
+            cells,
+        }
     }
 
     /// Interpolated distances at `p`; `None` outside the grid or beyond the stored range.
@@ -406,6 +451,10 @@ impl Field {
                 nearest = (weight, c[1]);
             }
         }
-        Some(Near { distance, tooth: nearest.1, other })
+        Some(Near {
+            distance,
+            tooth: nearest.1,
+            other,
+        })
     }
 }

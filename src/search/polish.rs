@@ -27,15 +27,27 @@ const PROPOSALS: usize = 16;
 impl Team {
     /// Starts from compatible bands.
     pub fn new(workshop: &Workshop, bands: Vec<Candidate>) -> Team {
-        let q = team_q(workshop, bands.iter().map(|b| b.wrenches.as_slice()), f64::NEG_INFINITY);
-        Team { bands, q, step: 1.0, generation: 0 }
+        let q = team_q(
+            workshop,
+            bands.iter().map(|b| b.wrenches.as_slice()),
+            f64::NEG_INFINITY,
+        );
+        Team {
+            bands,
+            q,
+            step: 1.0,
+            generation: 0,
+        }
     }
 
     /// One generation: the best feasible proposal replaces its band. Returns whether Q grew.
     pub fn improve(&mut self, workshop: &Workshop, seed: u64) -> bool {
         let best = (0..PROPOSALS)
             .into_par_iter()
-            .filter_map(|i| self.propose(workshop, seed, i).map(|(slot, c, q)| (i, slot, c, q)))
+            .filter_map(|i| {
+                self.propose(workshop, seed, i)
+                    .map(|(slot, c, q)| (i, slot, c, q))
+            })
             .max_by(|a, b| a.3.total_cmp(&b.3).then(b.0.cmp(&a.0)));
         self.generation += 1;
         match best {
@@ -56,14 +68,21 @@ impl Team {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream((2 << 40) + self.generation * PROPOSALS as u64 + i as u64);
         let slot = rng.random_range(0..self.bands.len());
-        let law = mutate(&mut rng, self.bands[slot].law.clone(), self.step, workshop.scale());
+        let law = mutate(
+            &mut rng,
+            self.bands[slot].law.clone(),
+            self.step,
+            workshop.scale(),
+        );
         let band = workshop.trace(law).ok()?;
         let wrenches = workshop.wrenches(&band);
-        let team = self
-            .bands
-            .iter()
-            .enumerate()
-            .map(|(s, b)| if s == slot { wrenches.as_slice() } else { b.wrenches.as_slice() });
+        let team = self.bands.iter().enumerate().map(|(s, b)| {
+            if s == slot {
+                wrenches.as_slice()
+            } else {
+                b.wrenches.as_slice()
+            }
+        });
         let q = team_q(workshop, team, self.q);
         if q <= self.q {
             return None;
@@ -108,8 +127,14 @@ pub(super) fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64
     // Single teeth, in some of the proposals: a stretch of neighbours moves together.
     if rng.random::<f64>() < 0.6 {
         let teeth = law.shifts.len();
-        let (first, length) = (rng.random_range(0..teeth), rng.random_range(1..=teeth / 2 + 1));
-        for (which, size) in [0.08, 0.08, 0.3 * scale, 0.4 * scale].into_iter().enumerate() {
+        let (first, length) = (
+            rng.random_range(0..teeth),
+            rng.random_range(1..=teeth / 2 + 1),
+        );
+        for (which, size) in [0.08, 0.08, 0.3 * scale, 0.4 * scale]
+            .into_iter()
+            .enumerate()
+        {
             let mut shift = 0.0;
             nudge(rng, &mut shift, size, 0.4);
             for j in first..first + length {

@@ -78,8 +78,10 @@ impl<'a> Pool<'a> {
     }
 
     fn q(&self, bands: &[usize], floor: f64) -> f64 {
-        let wrenches: Vec<&[Wrench]> =
-            bands.iter().map(|&i| self.candidates[i].wrenches.as_slice()).collect();
+        let wrenches: Vec<&[Wrench]> = bands
+            .iter()
+            .map(|&i| self.candidates[i].wrenches.as_slice())
+            .collect();
         min_q(&wrenches, &self.phases, self.workshop.class.dof(), floor)
     }
 
@@ -120,7 +122,10 @@ impl<'a> Pool<'a> {
                 trial[slot] = i;
                 let better = self.q(&trial, q);
                 if better > q
-                    && bands.iter().enumerate().all(|(s, &b)| s == slot || self.compatible(b, i))
+                    && bands
+                        .iter()
+                        .enumerate()
+                        .all(|(s, &b)| s == slot || self.compatible(b, i))
                 {
                     q = better;
                     best = Some(i);
@@ -149,13 +154,19 @@ impl<'a> Pool<'a> {
             rng.set_stream((1 << 40) + ((k as u64) << 32) + task as u64);
             let seeds = parents.map_or(Vec::new(), |(a, b)| {
                 let cut = rng.random_range(1..k);
-                a.bands[..cut].iter().chain(&b.bands[cut..]).copied().collect()
+                a.bands[..cut]
+                    .iter()
+                    .chain(&b.bands[cut..])
+                    .copied()
+                    .collect()
             });
             let start = self.random(&mut rng, k, &seeds)?;
             Some(self.climb(&mut rng, start))
         };
-        let mut choices: Vec<Choice> =
-            (0..starts).into_par_iter().filter_map(|i| run(i, None)).collect();
+        let mut choices: Vec<Choice> = (0..starts)
+            .into_par_iter()
+            .filter_map(|i| run(i, None))
+            .collect();
         rank(&mut choices);
         for generation in 0..4 {
             let elite: Vec<Choice> = choices.iter().take(12).cloned().collect();

@@ -42,6 +42,7 @@ impl Settings {
         self.check_ranges(&mut checker);
         self.check_teeth(&mut checker, class);
         self.check_room(&mut checker, class);
+        checker.problems.extend(self.load.problems());
         checker.problems
     }
 
@@ -53,6 +54,7 @@ impl Settings {
             spokes,
             support,
             search,
+            load: _,
         } = self;
         c.range(
             "gear.center_distance_mm",

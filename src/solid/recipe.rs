@@ -127,3 +127,55 @@ pub enum Shape {
         sides: u32,
     },
 }
+
+impl Feature {
+    /// A feature that adds `shape`.
+    pub fn add(name: &str, shape: Shape) -> Feature {
+        Feature {
+            name: name.into(),
+            operation: Operation::Add,
+            shape,
+        }
+    }
+
+    /// A feature that cuts `shape` away.
+    pub fn cut(name: &str, shape: Shape) -> Feature {
+        Feature {
+            name: name.into(),
+            operation: Operation::Cut,
+            shape,
+        }
+    }
+}
+
+impl Shape {
+    /// Cylinder along z from height `bottom` to height `top`.
+    pub fn upright(x: &str, y: &str, (bottom, top): (&str, &str), radius: &str) -> Shape {
+        Shape::Cone {
+            base: [x.into(), y.into(), bottom.into()],
+            axis: [0.0, 0.0, 1.0],
+            length: format!("{top} - ({bottom})"),
+            r0: radius.into(),
+            r1: radius.into(),
+        }
+    }
+
+    /// Cylinder of `length` from `base` along +x.
+    pub fn along_x(base: [&str; 3], length: &str, radius: &str) -> Shape {
+        Shape::Cone {
+            base: base.map(String::from),
+            axis: [1.0, 0.0, 0.0],
+            length: length.into(),
+            r0: radius.into(),
+            r1: radius.into(),
+        }
+    }
+
+    /// Axis-parallel box from its ranges in x, y and z.
+    pub fn block(x: (&str, &str), y: (&str, &str), z: (&str, &str)) -> Shape {
+        Shape::Block {
+            min: [x.0.into(), y.0.into(), z.0.into()],
+            max: [x.1.into(), y.1.into(), z.1.into()],
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Thin wrapper over the solid kernel (`manifold-rust`): meshes in, booleans, meshes out, and one
+//! place that says what a sound solid is.
+
+use manifold_rust::manifold::Manifold;
+use manifold_rust::types::{BooleanEngine, Error as Status, MeshGLP, OpType};
+use nalgebra::{Matrix3, Vector3};
+
+use super::Mesh;
+use crate::{Error, Result};
+
+/// A closed, oriented solid in the kernel.
+#[derive(Clone)]
+pub struct Solid(Manifold);
+
+impl Solid {
+    /// The empty solid.
+    pub fn empty() -> Solid {
+        Solid(Manifold::empty())
+    }
+
+    /// A solid from a closed mesh with outward winding; `name` is for the error.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when the mesh is open, not a manifold, not finite, or empty.
+    pub fn new(mesh: &Mesh, name: &str) -> Result<Solid> {
+        let manifold = Manifold::from_mesh_glp(&MeshGLP::<f64, u32> {
+            num_prop: 3,
+            vert_properties: mesh.vertices.iter().flatten().copied().collect(),
+            tri_verts: mesh.triangles.iter().flatten().copied().collect(),
+            ..Default::default()
+        });
+        Solid(manifold).sound(name)
+    }
+
+    /// Everything that is in `self` or in `other`.
+    pub fn union(&self, other: &Solid) -> Solid {
+        self.boolean(other, OpType::Add)
+    }
+
+    /// What is in `self` but not in `other`.
+    pub fn difference(&self, other: &Solid) -> Solid {
+        self.boolean(other, OpType::Subtract)
+    }
+
+    /// What is in both.
+    pub fn intersection(&self, other: &Solid) -> Solid {
+        self.boolean(other, OpType::Intersect)
+    }
+
+    fn boolean(&self, other: &Solid, operation: OpType) -> Solid {
+        let engine = BooleanEngine::Exact;
+        Solid(self.0.boolean_with_engine(&other.0, operation, engine))
+    }
+
+    /// Union of meshes that may intersect themselves a little (twisted ribs): looks first, and
+    /// resolves them if they do. Slower than [`Solid::union`].
+    pub fn union_resolved(&self, other: &Solid) -> Solid {
+        let engine = BooleanEngine::Auto;
+        Solid(self.0.boolean_with_engine(&other.0, OpType::Add, engine))
+    }
+
+    /// Union of many solids by halves, which keeps the operands small.
+    pub fn union_of(solids: &[Solid]) -> Solid {
+        match solids {
+            [] => Solid::empty(),
+            [one] => one.clone(),
+            many => {
+                let (left, right) = many.split_at(many.len() / 2);
+                Solid::union_of(left).union(&Solid::union_of(right))
+            }
+        }
+    }
+
+    /// Volume, mm³.
+    pub fn volume(&self) -> f64 {
+        self.0.volume()
+    }
+
+    /// Number of connected surfaces (a solid with a void inside has two).
+    pub fn components(&self) -> usize {
+        self.0.decompose().len()
+    }
+
+    /// The solid as an indexed mesh, outward winding.
+    pub fn mesh(&self) -> Mesh {
+        let out: MeshGLP<f64, u32> = self.0.get_mesh_glp(-1);
+        let stride = out.num_prop as usize;
+        Mesh {
+            vertices: out
+                .vert_properties
+                .chunks_exact(stride.max(3))
+                .map(|p| [p[0], p[1], p[2]])
+                .collect(),
+            triangles: out
+                .tri_verts
+                .chunks_exact(3)
+                .map(|t| [t[0], t[1], t[2]])
+                .collect(),
+        }
+    }
+
+    /// The mesh of a solid that has to be one closed body.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] when a boolean failed, or the solid is empty or in several pieces.
+    pub fn one_body(self, name: &str) -> Result<Mesh> {
+        let solid = self.sound(name)?;
+        let mesh = solid.mesh();
+        let components = solid.components();
+        if components != 1 {
+            return Err(Error::Internal(format!(
+                "{name}: the solid is in {components} pieces instead of one"
+            )));
+        }
+        if mesh.volume() <= 0.0 {
+            return Err(Error::Internal(format!("{name}: the solid is inside out")));
+        }
+        Ok(mesh)
+    }
+
+    fn sound(self, name: &str) -> Result<Solid> {
+        match self.0.status() {
+            Status::NoError if !self.0.is_empty() => Ok(self),
+            Status::NoError => Err(Error::Internal(format!("{name}: the solid is empty"))),
+            status => Err(Error::Internal(format!("{name}: {}", status.to_str()))),
+        }
+    }
+}
+
+/// Closed mesh of revolution about z through regular polygons of `sides` corners, one per
+/// (radius, height) pair, heights increasing; a corner of each polygon lies over +x.
+pub fn lathe(profile: &[(f64, f64)], sides: u32) -> Mesh {
+    let rings = profile.len() as u32;
+    let mut mesh = Mesh::default();
+    for &(radius, z) in profile {
+        for i in 0..sides {
+            let angle = f64::from(i) * std::f64::consts::TAU / f64::from(sides);
+            mesh.vertices
+                .push([radius * angle.cos(), radius * angle.sin(), z]);
+        }
+    }
+    for ring in 0..rings - 1 {
+        for i in 0..sides {
+            let (a, b) = (ring * sides + i, ring * sides + (i + 1) % sides);
+            mesh.triangles.push([a, b, b + sides]);
+            mesh.triangles.push([a, b + sides, a + sides]);
+        }
+    }
+    let top = (rings - 1) * sides;
+    for i in 1..sides - 1 {
+        mesh.triangles.push([0, i + 1, i]);
+        mesh.triangles.push([top, top + i, top + i + 1]);
+    }
+    mesh
+}
+
+/// Rotation that takes z to `axis`: about y by its polar angle, then about z by its azimuth (what
+/// OpenSCAD's `rotate([0, polar, azimuth])` does).
+pub fn towards(axis: Vector3<f64>) -> Matrix3<f64> {
+    let axis = axis.normalize();
+    let (polar, azimuth) = (axis.z.clamp(-1.0, 1.0).acos(), axis.y.atan2(axis.x));
+    let about_y = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), polar);
+    let about_z = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), azimuth);
+    (about_z * about_y).into_inner()
+}

@@ -1,0 +1,70 @@
+//! The rib ("spoke") that carries a tooth: a ruled wall from the bead straight towards the hub axis.
+
+use nalgebra::Vector3;
+
+use super::Mesh;
+use super::sweep::{self, Frame};
+use crate::design::Section;
+use crate::{Error, Result};
+
+/// Where a bead comes closer to the axis than the rib's foot, the foot moves in to this share of
+/// the bead's distance.
+const SHORTEST: f64 = 0.8;
+
+/// The two ends of the rib's middle line at one station, and the unit vector across it: from the
+/// bead's centre horizontally to `inner_radius` from the hub axis through `axis`; the wall is
+/// `section.rib` thick along T × radial, hence everywhere within the bead's shadow.
+pub fn line(
+    frame: &Frame,
+    section: &Section,
+    axis: Vector3<f64>,
+    inner_radius: f64,
+) -> [Vector3<f64>; 3] {
+    let outer = frame.place([0.5 * (section.clearance + section.thickness), 0.0]);
+    let mut radial = outer - axis;
+    radial.z = 0.0;
+    let distance = radial.norm();
+    let radial = radial / distance;
+    let inner = outer - (distance - inner_radius) * radial;
+    let across = frame.t.cross(&radial);
+    [outer, inner, across / across.norm()]
+}
+
+/// The closed mesh of one rib, outward winding, from the beads to `inner_radius` from the hub axis
+/// through `axis`, which lies inside the hub.
+///
+/// # Errors
+/// [`Error::Infeasible`] when the wall folds: the tooth runs towards the axis, or twists sharply.
+pub fn rib(
+    frames: &[Frame],
+    section: &Section,
+    (axis, inner_radius): (Vector3<f64>, f64),
+    place: &str,
+) -> Result<Mesh> {
+    let half = 0.5 * section.rib;
+    let nearest = frames
+        .iter()
+        .map(|f| (line(f, section, axis, 0.0)[0] - axis).xy().norm())
+        .fold(f64::INFINITY, f64::min);
+    let foot = inner_radius.min(SHORTEST * nearest);
+    let rings: Vec<Vec<Vector3<f64>>> = frames
+        .iter()
+        .map(|frame| {
+            let [outer, inner, across] = line(frame, section, axis, foot);
+            let side = half * across;
+            vec![outer - side, outer + side, inner + side, inner - side]
+        })
+        .collect();
+    if rings
+        .iter()
+        .flatten()
+        .any(|v| !v.iter().all(|c| c.is_finite()))
+    {
+        return Err(Error::Infeasible {
+            reason: "tooth runs straight towards the hub axis: no rib can carry it".into(),
+            place: place.into(),
+            hint: "smaller motion, or another seed (search.seed)".into(),
+        });
+    }
+    sweep::skin(frames, &rings, place)
+}
