@@ -1,6 +1,8 @@
 //! Every setting of a design with its documented default; the `[gear]`, `[fit]`, `[hub]`,
 //! `[spokes]`, `[support]`, `[search]` tables of a motion file are read straight into these.
 
+mod check;
+
 use serde::{Deserialize, Serialize};
 
 /// All settings of a design.
@@ -23,7 +25,7 @@ pub struct Settings {
 
 /// Number of sub-gear pairs K: from N+1 upwards, or fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected \"auto\" or a whole number")]
 pub enum PairCount {
     /// A fixed K ≥ N+1.
     Fixed(usize),
