@@ -11,6 +11,7 @@ mod error;
 pub mod export;
 pub mod load;
 pub mod motion;
+pub mod pipeline;
 pub mod search;
 pub mod settings;
 pub mod solid;
