@@ -174,7 +174,7 @@ pub fn prove(
             });
         }
         let wall = thickness::thinnest(&body.mesh, &WallSettings {
-            up_to: 2.0 * settings.minimum_wall_mm,
+            up_to: 1.25 * settings.minimum_wall_mm,
             spacing: 0.3 * settings.minimum_wall_mm,
         });
         walls.push((body.name.clone(), wall));
