@@ -31,7 +31,7 @@ struct Page<'a> {
 /// # Errors
 /// [`crate::Error::Internal`] when the template fails.
 pub fn markdown(design: &Design, solids: &Solids) -> Result<String> {
-    let assembly = pieces::assembly(design.class, "M3");
+    let assembly = pieces::assembly(design.class, &solids.recipe)?;
     let printed = solids
         .pieces
         .iter()
