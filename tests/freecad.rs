@@ -5,7 +5,7 @@ mod synthetic;
 use std::path::Path;
 
 use mpcgear::design::Design;
-use mpcgear::export::freecad;
+use mpcgear::export::freecad::{self, Headless};
 use mpcgear::motion::Class;
 use mpcgear::solid::Solids;
 
@@ -45,10 +45,13 @@ fn macro_agrees_with_the_mesh(class: Class) {
         return;
     }
     let (design, solids) = built(class);
-    let text = freecad::macro_text(&design, DATE).expect("renders");
     let folder = tempfile::tempdir().expect("folder");
-    let stem = freecad::stem(&design);
-    let made = freecad::run(&text, &stem, folder.path(), Path::new("freecadcmd")).expect("runs");
+    let headless = Headless {
+        program: Path::new("freecadcmd"),
+        folder: folder.path(),
+        thorough: true,
+    };
+    let made = freecad::run(&design, DATE, &headless).expect("runs");
     assert_eq!(made.volumes.len(), solids.bodies.len());
     for body in &solids.bodies {
         let (_, volume) = made
