@@ -12,7 +12,7 @@ from .drive import DrivePanel
 from .mechanism import TOUCH, Mechanism, NoMechanism
 from .open_design import DesignError, open_design
 
-ICON = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources", "mpcgear.svg")
+RESOURCES = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources")
 
 
 def tell(title, words):
@@ -26,9 +26,11 @@ class Command:
 
     title = ""
     tip = ""
+    icon = ""
 
     def GetResources(self):
-        return {"MenuText": self.title, "ToolTip": self.tip, "Pixmap": ICON}
+        picture = os.path.join(RESOURCES, self.icon)
+        return {"MenuText": self.title, "ToolTip": self.tip, "Pixmap": picture}
 
     def IsActive(self):
         return App.ActiveDocument is not None
@@ -45,6 +47,7 @@ class OpenDesign(Command):
 
     title = "Open mpcgear design…"
     tip = "Builds the mechanism of a design.json in a new document"
+    icon = "open.svg"
 
     def IsActive(self):
         return True
@@ -61,6 +64,7 @@ class Drive(Command):
 
     title = "Drive the gear"
     tip = "Turns the driver and moves the follower; shows the driver angle and Q"
+    icon = "drive.svg"
 
     def run(self):
         Gui.Control.showDialog(DrivePanel(App.ActiveDocument))
@@ -71,6 +75,7 @@ class CheckClearance(Command):
 
     title = "Check clearance here"
     tip = "Overlaps and gaps of the solids at the present driver angle"
+    icon = "clearance.svg"
 
     def run(self):
         mechanism = Mechanism(App.ActiveDocument)

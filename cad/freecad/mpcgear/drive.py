@@ -1,6 +1,7 @@
 """The task panel that drives the gear."""
 
 import math
+import os
 
 import FreeCADGui as Gui
 from PySide import QtCore, QtGui
@@ -9,6 +10,7 @@ from .mechanism import Mechanism
 
 STEPS = 720  # of the slider, per turn
 FRAME_MS = 40
+ICON = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources", "drive.svg")
 
 
 class DrivePanel:
@@ -18,6 +20,7 @@ class DrivePanel:
         self.mechanism = Mechanism(document)
         self.form = QtGui.QWidget()
         self.form.setWindowTitle("Drive the gear")
+        self.form.setWindowIcon(QtGui.QIcon(ICON))
         self.slider = QtGui.QSlider(QtCore.Qt.Horizontal)
         self.slider.setRange(0, STEPS)
         self.slider.valueChanged.connect(self.turn)
