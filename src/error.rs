@@ -16,6 +16,21 @@ pub struct Problem {
     pub hint: String,
 }
 
+impl Problem {
+    /// A problem at `place`; `hint` may be empty.
+    pub fn new(
+        place: impl Into<String>,
+        what: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Problem {
+        Problem {
+            place: place.into(),
+            what: what.into(),
+            hint: hint.into(),
+        }
+    }
+}
+
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.what)?;
@@ -72,6 +87,14 @@ impl Error {
             Error::Infeasible { .. } => 3,
             Error::Interrupted => 130,
             Error::Internal(_) => 1,
+        }
+    }
+
+    /// Bad input found in `file`.
+    pub fn input(file: impl Into<PathBuf>, problems: Vec<Problem>) -> Error {
+        Error::Input {
+            file: file.into(),
+            problems,
         }
     }
 

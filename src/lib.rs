@@ -9,11 +9,15 @@ pub mod design;
 pub mod envelope;
 mod error;
 pub mod export;
+pub mod load;
 pub mod motion;
+pub mod pipeline;
 pub mod search;
 pub mod settings;
 pub mod solid;
+pub mod stats;
 pub mod sub_gear;
+pub mod synthesis;
 pub mod verify;
 
 pub use error::{Error, Problem, Result};

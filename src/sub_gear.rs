@@ -1,1 +1,287 @@
-//! (in work)
+//! One sub-gear pair: the J tooth pairs of one contact, and what makes them fabricable by themselves.
+
+use nalgebra::Vector3;
+
+use crate::contact::{Grid, ToothLaw, Trace, trace};
+use crate::design::Gear;
+
+/// What the teeth of a band have in common; rad and mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sketch {
+    /// Pressure angle α at mid contact.
+    pub alpha: f64,
+    /// Change of α over the contact.
+    pub alpha_change: f64,
+    /// Share of rolling: 1 tilts the normals so that the contact stays at the pitch point and moves
+    /// along z only (helical teeth), 0 keeps them level (spur teeth, contact along a line of action).
+    pub roll: f64,
+    /// Change of β over the contact on top of what rolling asks for.
+    pub beta_change: f64,
+    /// Turning side: +1 or −1, the sign of n_y.
+    pub side: f64,
+    /// Axial coordinate at mid contact.
+    pub z: f64,
+    /// Axial travel of the contact.
+    pub travel: f64,
+    /// Offset of the contact from the pitch point along n at mid contact.
+    pub offset: f64,
+}
+
+/// Design variables of a band: a sketch common to its teeth, and how four numbers of each tooth depart
+/// from it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BandLaw {
+    /// Common to the band.
+    pub sketch: Sketch,
+    /// Added to α, β (rad), offset and z (mm) of tooth j.
+    pub shifts: Vec<[f64; 4]>,
+}
+
+impl BandLaw {
+    /// J teeth after one sketch.
+    pub fn uniform(sketch: Sketch, teeth: usize) -> BandLaw {
+        BandLaw {
+            sketch,
+            shifts: vec![[0.0; 4]; teeth],
+        }
+    }
+
+    /// Law of tooth `j`.
+    pub fn at(&self, grid: &Grid, j: usize) -> ToothLaw {
+        let s = &self.sketch;
+        let [alpha, beta, offset, z] = self.shifts[j];
+        let alpha = s.alpha + alpha;
+        let z = s.z + z;
+        let (start, middle, end) = (-0.5, 0.0, 0.5);
+        let rolling = |u: f64| {
+            rolling_beta(
+                grid,
+                j,
+                u,
+                alpha + s.alpha_change * u,
+                (s.side, z + s.travel * u, s.travel),
+            )
+        };
+        let share = |tan: f64| (s.roll * tan).atan();
+        ToothLaw {
+            alpha,
+            beta: share(rolling(middle)) + beta,
+            alpha_change: s.alpha_change,
+            beta_change: share(rolling(end)) - share(rolling(start)) + s.beta_change,
+            side: s.side,
+            z,
+            travel: s.travel,
+            offset: s.offset + offset,
+        }
+    }
+
+    /// All design variables in a row, as stored in `design.json`.
+    pub fn to_parameters(&self) -> Vec<f64> {
+        let s = self.sketch;
+        let mut row = vec![
+            s.alpha,
+            s.alpha_change,
+            s.roll,
+            s.beta_change,
+            s.side,
+            s.z,
+            s.travel,
+            s.offset,
+        ];
+        row.extend(self.shifts.iter().flatten());
+        row
+    }
+}
+
+/// tan β of the normal that is perpendicular to the path of the pitch point over the gears at `u` of
+/// tooth `j`, for pressure angle `alpha` and a locus at height `z` with axial travel.
+fn rolling_beta(
+    grid: &Grid,
+    j: usize,
+    u: f64,
+    alpha: f64,
+    (side, z, travel): (f64, f64, f64),
+) -> f64 {
+    let nodes = &grid.teeth[j];
+    let last = nodes.len() - 1;
+    let i = ((u + 0.5) * last as f64).round() as usize;
+    let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+    let span = nodes[after].phi - nodes[before].phi;
+    // A start value for the search, so a difference quotient of the tabulated pitch points is enough.
+    let mut path = (nodes[after].pitch_point(z) - nodes[before].pitch_point(z)) / span;
+    path.z = travel / (2.0 * grid.half_interval);
+    let t = path - nodes[i].driver.velocity(nodes[i].pitch_point(z));
+    -(alpha.sin() * t.x + side * alpha.cos() * t.y) / t.z
+}
+
+/// Contacts of all J teeth.
+#[derive(Debug, Clone)]
+pub struct Band {
+    /// What it was traced from.
+    pub law: BandLaw,
+    /// Contacts of tooth j from start to end of its interval.
+    pub teeth: Vec<Trace>,
+}
+
+/// Why a band is no good by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Flaw {
+    /// The construction degenerates or leaves the gear.
+    Degenerate,
+    /// Teeth cross beside the contact: second-order gap below the margin.
+    Gap,
+    /// A tangent (nearly) vanishes: undercut.
+    Cusp,
+    /// The sweep folds over itself.
+    Fold,
+    /// Neighbouring teeth of one gear are closer than thickness plus gap.
+    Spacing,
+    /// The other gear's hub is in the way.
+    Hub,
+    /// Socket or arm is in the way.
+    Joint,
+    /// Driver and follower teeth of the band collide away from their contact.
+    Teeth,
+}
+
+/// Margins of a fabricable band, mm and mm/rad.
+#[derive(Debug, Clone, Copy)]
+pub struct Margins {
+    /// Least second-order gap g, mm/rad².
+    pub gap: f64,
+    /// Least induced normal curvature in any direction, 1/mm.
+    pub curvature: f64,
+    /// Least |T¹|, |T²|, mm/rad.
+    pub tangent: f64,
+    /// Least distance between bead axes of neighbouring teeth.
+    pub spacing: f64,
+    /// Radius of the swept bead.
+    pub bead_radius: f64,
+}
+
+impl Band {
+    /// Traces all teeth of `law`.
+    ///
+    /// # Errors
+    /// The first flaw of a tooth by itself.
+    pub fn trace(grid: &Grid, law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
+        let teeth = (0..grid.teeth.len())
+            .map(|j| tooth(grid, j, &law.at(grid, j), margins))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Band { law, teeth })
+    }
+
+    /// Traces all teeth of `law`, raising the pressure angle of those that would cross their mates
+    /// beside the contact: a steeper push parts the surfaces faster, at the price of less torque.
+    ///
+    /// # Errors
+    /// The flaw of the first tooth that no pressure angle up to 70° mends.
+    pub fn mend(grid: &Grid, mut law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
+        let mut teeth = Vec::with_capacity(grid.teeth.len());
+        for j in 0..grid.teeth.len() {
+            loop {
+                match tooth(grid, j, &law.at(grid, j), margins) {
+                    Ok(trace) => {
+                        teeth.push(trace);
+                        break;
+                    }
+                    Err(Flaw::Gap) if law.at(grid, j).alpha < 70f64.to_radians() => {
+                        law.shifts[j][0] += 5f64.to_radians();
+                    }
+                    Err(flaw) => return Err(flaw),
+                }
+            }
+        }
+        Ok(Band { law, teeth })
+    }
+
+    /// Axis of the bead of tooth `j` in the frame of `gear`: the contact curve moved by the bead
+    /// radius into the material; every `stride`-th contact.
+    pub fn bead_axis(
+        &self,
+        grid: &Grid,
+        j: usize,
+        gear: Gear,
+        bead_radius: f64,
+        stride: usize,
+    ) -> Vec<Vector3<f64>> {
+        self.teeth[j]
+            .iter()
+            .enumerate()
+            .step_by(stride)
+            .map(|(i, c)| {
+                let (p, n, _) = in_body(grid, j, i, c, gear);
+                p + bead_radius * n
+            })
+            .collect()
+    }
+}
+
+/// Traces one tooth and checks what it must satisfy by itself: gap, cusp, fold.
+fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Trace, Flaw> {
+    let tooth = trace(grid, j, law).ok_or(Flaw::Degenerate)?;
+    for c in &tooth {
+        if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
+            return Err(Flaw::Degenerate);
+        }
+        if c.gap < margins.gap || !(c.induced_curvature(margins.bead_radius) > margins.curvature) {
+            return Err(Flaw::Gap);
+        }
+        if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {
+            return Err(Flaw::Cusp);
+        }
+    }
+    for gear in [Gear::Driver, Gear::Follower] {
+        if folds(grid, j, &tooth, gear, margins.bead_radius) {
+            return Err(Flaw::Fold);
+        }
+    }
+    Ok(tooth)
+}
+
+/// Contact point, normal into the material and tangent of station `i` of tooth `j` in the frame of
+/// `gear`.
+pub fn in_body(
+    grid: &Grid,
+    j: usize,
+    i: usize,
+    c: &crate::contact::Contact,
+    gear: Gear,
+) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
+    let node = &grid.teeth[j][2 * i];
+    match gear {
+        Gear::Driver => {
+            let rt = node.driver.pose.rotation.transpose();
+            (node.driver.pose.inverse_apply(c.p), -(rt * c.n), rt * c.t1)
+        }
+        Gear::Follower => {
+            let rt = node.follower.pose.rotation.transpose();
+            (node.follower.pose.inverse_apply(c.p), rt * c.n, rt * c.t2)
+        }
+    }
+}
+
+/// Whether a bead of the given radius folds when swept along the tooth: some extreme point of the
+/// cross section fails to advance by a quarter of what the contact point advances.
+fn folds(grid: &Grid, j: usize, tooth: &Trace, gear: Gear, radius: f64) -> bool {
+    let section = |i: usize| {
+        let (p, n, t) = in_body(grid, j, i, &tooth[i], gear);
+        let t = t.normalize();
+        let b = t.cross(&n);
+        let c = p + radius * n;
+        (t, [p, c + radius * n, c + radius * b, c - radius * b])
+    };
+    let mut before = section(0);
+    for i in 1..tooth.len() {
+        let here = section(i);
+        let t = before.0 + here.0;
+        let advance = (here.1[0] - before.1[0]).dot(&t);
+        let folded = (0..4).any(|k| !((here.1[k] - before.1[k]).dot(&t) > 0.25 * advance))
+            || !(advance > 0.0);
+        if folded {
+            return true;
+        }
+        before = here;
+    }
+    false
+}

@@ -1,10 +1,36 @@
 //! Periodic rigid-body motions M²(φ) of the follower, with exact first and second derivatives.
 
+mod checks;
 mod class;
+mod csv_numbers;
+mod document;
+mod expression;
+mod file;
+mod formula;
+mod hub;
+mod jet;
+mod keyframes;
+mod path;
+mod rows;
+mod source;
+mod spline;
+mod starter;
+mod table;
 
 pub use class::Class;
+pub use file::MotionFile;
+pub use formula::Formula;
+pub use keyframes::{Keyframe, Keyframes};
+pub use path::Path;
+pub use starter::starter;
+pub use table::Table;
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::{Error, Result};
+use formula::FormulaShape;
+use jet::PoseJet;
+use rows::RowShape;
 
 /// Rigid pose: a body point q is at `rotation * q + translation` in Σ (mm).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,27 +101,88 @@ impl MotionState {
     }
 }
 
-/// A motion as the user gave it, self-contained.
+/// A motion as the user gave it, self-contained (files inlined).
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum MotionSource {
-    /// Uniform rotation −φ about z (placeholder of every class; also the simplest test motion).
+    /// Uniform rotation −φ about z.
     Uniform {},
+    /// Poses at many phases.
+    Table(Table),
+    /// A few poses, joined by a spline.
+    Keyframes(Keyframes),
+    /// Expressions in φ.
+    Formula(Formula),
+    /// Curve of an end-effector.
+    Path(Path),
 }
 
 /// The follower's motion M²(φ), 2π-periodic up to whole turns about its own axis.
 #[derive(Debug, Clone)]
 pub struct Motion {
     class: Class,
+    shape: Shape,
+    align: UnitQuaternion<f64>,
+}
+
+/// What evaluates the motion.
+#[derive(Debug, Clone)]
+enum Shape {
+    Formula(FormulaShape),
+    Rows(RowShape),
+}
+
+impl Shape {
+    fn new(class: Class, source: &MotionSource) -> Result<Shape> {
+        let formula = |f: &Formula| {
+            f.shape()
+                .map(Shape::Formula)
+                .map_err(|problems| Error::input("motion", problems))
+        };
+        match source {
+            MotionSource::Uniform {} => formula(&Formula::default()),
+            MotionSource::Formula(f) => formula(f),
+            MotionSource::Table(table) => table.shape().map(Shape::Rows),
+            MotionSource::Keyframes(keyframes) => keyframes.shape().map(Shape::Rows),
+            MotionSource::Path(path) => path.shape(class).map(Shape::Rows),
+        }
+    }
+
+    fn at(&self, phi: f64) -> PoseJet {
+        match self {
+            Shape::Formula(shape) => shape.at(phi),
+            Shape::Rows(shape) => shape.at(phi),
+        }
+    }
 }
 
 impl Motion {
-    /// Builds the evaluator of a checked source.
+    /// Builds the evaluator of a source and checks that it is a periodic, smooth motion of `class`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when the source is not a motion of the class.
-    pub fn new(class: Class, _source: &MotionSource) -> crate::Result<Motion> {
-        Ok(Motion { class })
+    /// [`crate::Error::Input`] when the source is not a motion of the class (all problems found);
+    /// [`crate::Error::Infeasible`] when it is, but no gear can perform it: the follower does not
+    /// make −1 turn about its mean axis per period, or leans too far.
+    pub fn new(class: Class, source: &MotionSource) -> Result<Motion> {
+        let shape = Shape::new(class, source)?;
+        let identity = UnitQuaternion::identity();
+        let align = if class.is_spherical() {
+            let axes = (0..checks::SAMPLES).map(|i| {
+                let rotation = shape.at(checks::phase(i)).state().pose.rotation;
+                rotation.row(2).transpose() / checks::SAMPLES as f64
+            });
+            // What is not a number is named by the checks below.
+            let hub = hub::mean_direction(axes)?;
+            hub::align_to(hub)
+        } else {
+            identity
+        };
+        checks::check(class, |phi| shape.at(phi).turned(&align).state())?;
+        Ok(Motion {
+            class,
+            shape,
+            align,
+        })
     }
 
     /// Class the motion belongs to.
@@ -103,27 +190,37 @@ impl Motion {
         self.class
     }
 
-    /// Pose, twist and twist rate at driver angle `phi` (rad), exact derivatives.
+    /// Pose, twist and twist rate of the follower at driver angle `phi` (rad), exact derivatives.
+    ///
+    /// The follower's frame has its origin at the joint's centre and its z axis on the hub axis.
     pub fn state(&self, phi: f64) -> MotionState {
-        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), -phi).into_inner();
-        MotionState {
-            pose: Pose {
-                rotation,
-                translation: Vector3::zeros(),
-            },
-            omega: -Vector3::z(),
-            v_origin: Vector3::zeros(),
-            omega_rate: Vector3::zeros(),
-            v_origin_rate: Vector3::zeros(),
-        }
+        self.projected(self.shape.at(phi).turned(&self.align))
+            .state()
+    }
+
+    /// Pose of the frame that the motion file speaks of; differs from [`Motion::state`]'s by a
+    /// constant turn if that frame's z axis is not the hub axis.
+    pub fn user_pose(&self, phi: f64) -> Pose {
+        self.projected(self.shape.at(phi)).state().pose
     }
 
     /// Centre C(φ) of the follower-support joint in Σ: O, moved along z where the class slides.
     pub fn joint_centre(&self, phi: f64) -> Vector3<f64> {
-        if self.class.slides() {
-            Vector3::new(0.0, 0.0, self.state(phi).pose.translation.z)
-        } else {
-            Vector3::zeros()
+        let translation = self.projected(self.shape.at(phi)).translation;
+        Vector3::from(translation.map(|t| t.re))
+    }
+
+    /// Takes away what is outside the class's motion space (below the tolerance of the checks).
+    fn projected(&self, mut jet: PoseJet) -> PoseJet {
+        let zero = num_dual::Dual2_64::from_re(0.0);
+        let [x, y, z] = &mut jet.translation;
+        (*x, *y) = (zero, zero);
+        if !self.class.slides() {
+            *z = zero;
         }
+        if !self.class.is_spherical() {
+            (jet.rotation[1], jet.rotation[2]) = (zero, zero);
+        }
+        jet
     }
 }

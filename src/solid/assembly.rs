@@ -163,7 +163,7 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Solid> {
             let frames = sweep::frames(tooth, gear, axis);
             let bead = sweep::tooth(&frames, &design.section, &place)?;
             let wall = rib::rib(&frames, &design.section, (axis, foot), &place)?;
-            solids.push(Solid::new(&bead, &place)?.union(&Solid::new(&wall, &place)?));
+            solids.push(Solid::new(&bead, &place)?.union_resolved(&Solid::new(&wall, &place)?));
         }
     }
     Ok(Solid::union_of(&solids))

@@ -8,9 +8,6 @@ use nalgebra::{Matrix3, Vector3};
 use super::Mesh;
 use crate::{Error, Result};
 
-/// Exact booleans for clean meshes, the robust engine where a mesh intersects itself.
-const ENGINE: BooleanEngine = BooleanEngine::Auto;
-
 /// A closed, oriented solid in the kernel.
 #[derive(Clone)]
 pub struct Solid(Manifold);
@@ -51,7 +48,15 @@ impl Solid {
     }
 
     fn boolean(&self, other: &Solid, operation: OpType) -> Solid {
-        Solid(self.0.boolean_with_engine(&other.0, operation, ENGINE))
+        let engine = BooleanEngine::Exact;
+        Solid(self.0.boolean_with_engine(&other.0, operation, engine))
+    }
+
+    /// Union of meshes that may intersect themselves a little (twisted ribs): looks first, and
+    /// resolves them if they do. Slower than [`Solid::union`].
+    pub fn union_resolved(&self, other: &Solid) -> Solid {
+        let engine = BooleanEngine::Auto;
+        Solid(self.0.boolean_with_engine(&other.0, OpType::Add, engine))
     }
 
     /// Union of many solids by halves, which keeps the operands small.

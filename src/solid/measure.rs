@@ -8,6 +8,7 @@ use super::{rib, section};
 use crate::design::{Design, Gear};
 use crate::envelope::Envelope;
 use crate::motion::{Class, Motion, MotionState, Pose};
+use crate::settings::Settings;
 
 /// Phases at which moving parts are sampled.
 const PHASES: u32 = 360;
@@ -17,6 +18,10 @@ const DRUM_MARGIN: f64 = 0.5;
 const FLOOR_GAP: f64 = 1.0;
 /// Corners of the section polygon used as sample points.
 const OUTLINE_SEGMENTS: u32 = 12;
+/// Wall wanted around the bore of a drum on a pin, mm.
+const BORE_WALL: f64 = 1.5;
+/// Smallest mount that still has room for its screws, mm.
+const SMALLEST_MOUNT: f64 = 5.0;
 /// Points on the rim of a drum or flange.
 const RIM_POINTS: u32 = 48;
 /// Hub radii grow to at most these shares of L (9.5 and 8 mm at L = 25).
@@ -60,6 +65,15 @@ pub const CARRIAGE_SHARE: f64 = 0.36;
 /// Radius of the bearing eye in the bridge.
 pub fn eye_radius(design: &Design) -> f64 {
     design.settings.hub.journal_radius_mm + design.settings.fit.joint_play_mm + EYE_WALL
+}
+
+/// Radius of the follower's pin: the setting, or less where the smallest drum would be left without
+/// a wall around its bore.
+pub fn pin_radius(settings: &Settings) -> f64 {
+    let room = settings.hub.follower_radius_mm
+        - settings.fit.joint_play_mm
+        - settings.gear.minimum_wall_mm;
+    settings.support.pin_radius_mm.min(room)
 }
 
 /// Wall around the upper journal, mm.
@@ -132,7 +146,7 @@ impl<'a> Sampler<'a> {
             .flat_map(move |(_, pose, _)| points.iter().map(move |&q| pose.apply(q)))
     }
 
-    fn from_driver_axis(&self, p: Vector3<f64>) -> f64 {
+    fn axis_distance(&self, p: Vector3<f64>) -> f64 {
         (p.x + self.center_distance).hypot(p.y)
     }
 }
@@ -165,7 +179,7 @@ impl Measures {
         let driver_z = range(driver_teeth.iter().map(|p| p.z)).unwrap_or((0.0, 0.0));
         let driver_reach = driver_teeth
             .iter()
-            .map(|&p| sampler.from_driver_axis(p))
+            .map(|&p| sampler.axis_distance(p))
             .fold(envelope.driver_hub_radius, f64::max);
 
         // Drums of the follower: along its teeth, on either side of a ball.
@@ -205,12 +219,17 @@ impl Measures {
         let meets_driver = |radius: f64| {
             sampler
                 .carried(&drum_rims(radius))
-                .any(|p| sampler.from_driver_axis(p) < envelope.driver_hub_radius + gap)
+                .any(|p| sampler.axis_distance(p) < envelope.driver_hub_radius + gap)
         };
         while grown > least && meets_driver(grown) {
             grown = (grown - 0.25).max(least);
         }
-        let follower_hub = (least, grown);
+        // A drum on a pin needs a wall around its bore, whatever the settings say.
+        let bore = pin_radius(settings) + settings.fit.joint_play_mm;
+        let follower_hub = match joint {
+            None => (least.max(bore + BORE_WALL).min(grown), grown),
+            Some(_) => (least, grown),
+        };
 
         // Everything of the follower but the mount, through the period.
         let mut moving = follower_teeth;
@@ -237,7 +256,7 @@ impl Measures {
         let eye = eye_radius(design);
         let over_axis: Vec<f64> = cloud
             .iter()
-            .filter(|&&p| sampler.from_driver_axis(p) < eye + gap)
+            .filter(|&&p| sampler.axis_distance(p) < eye + gap)
             .map(|p| p.z)
             .collect();
         let driver_top = over_axis
@@ -249,7 +268,7 @@ impl Measures {
         let ring = joint.map_or(0.0, |j| j.ring_radius);
         let driver_free = cloud
             .iter()
-            .map(|&p| sampler.from_driver_axis(p) - gap)
+            .map(|&p| sampler.axis_distance(p) - gap)
             .fold(DRIVER_HUB_CAP * sampler.center_distance, f64::min)
             .min(sampler.center_distance - ring - gap);
         let driver_hub = (
@@ -261,7 +280,7 @@ impl Measures {
         let obstacles = Obstacles {
             teeth: driver_teeth
                 .iter()
-                .map(|&p| (p.z, sampler.from_driver_axis(p)))
+                .map(|&p| (p.z, sampler.axis_distance(p)))
                 .collect(),
             drum: (driver_hub.1, driver_top),
             bridge: (eye, driver_top + BRIDGE_THICKNESS + play),
@@ -360,7 +379,13 @@ impl Obstacles {
             table[index as usize]
         };
         let wanted = sampler.design.settings.hub.mount_radius_mm;
-        let least = wanted.min(sampler.design.settings.hub.follower_radius_mm);
+        let smallest = sampler
+            .design
+            .settings
+            .hub
+            .follower_radius_mm
+            .max(SMALLEST_MOUNT);
+        let least = wanted.min(smallest);
         let clear = |radius: f64, z: f64| {
             let points: Vec<Vector3<f64>> = [z, z + 0.5 * thickness, z + thickness]
                 .into_iter()
@@ -368,7 +393,7 @@ impl Obstacles {
                 .collect();
             sampler
                 .carried(&points)
-                .all(|p| sampler.from_driver_axis(p) >= at(p.z) + sampler.gap)
+                .all(|p| sampler.axis_distance(p) >= at(p.z) + sampler.gap)
         };
         let mut radius = wanted;
         while radius > least {

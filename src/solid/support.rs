@@ -239,25 +239,23 @@ pub fn guide() -> Feature {
     )
 }
 
-/// Key under the stand, or the groove in the base that it slides in.
+/// Key on the base plate that guides the stand, or the groove for it under the stand's foot.
 pub fn stand_key(groove: bool) -> Feature {
-    let (name, end, half, depth) = match groove {
-        true => ("stand groove", "base_end + 1", "3", "1.5"),
-        false => (
-            "stand key",
-            "base_end",
-            "(3 - piece_fit)",
-            "(1.5 - piece_fit)",
-        ),
+    let (half, height) = match groove {
+        true => ("3", "1.5"),
+        false => ("(3 - piece_fit)", "(1.5 - piece_fit)"),
     };
     let shape = Shape::block(
-        ("stand_front", end),
+        ("stand_front", "base_end"),
         (&format!("-{half}"), half),
-        (&format!("{BASE_TOP} - {depth}"), &format!("{BASE_TOP} + 1")),
+        (
+            &format!("{BASE_TOP} - 1"),
+            &format!("{BASE_TOP} + {height}"),
+        ),
     );
     match groove {
-        true => Feature::cut(name, shape),
-        false => Feature::add(name, shape),
+        true => Feature::cut("stand groove", shape),
+        false => Feature::add("stand key", shape),
     }
 }
 

@@ -119,9 +119,19 @@ pub(super) fn skin(frames: &[Frame], rings: &[Vec<Vector3<f64>>], place: &str) -
         }
     }
     let top = (rings.len() as u32 - 1) * corners;
-    for i in 1..corners - 1 {
-        mesh.triangles.push([0, i + 1, i]);
-        mesh.triangles.push([top, top + i, top + i + 1]);
+    // Caps as strips between the two halves of the outline, which is narrower at its neck.
+    let (mut low, mut high) = (0, corners - 1);
+    let mut cap = |a: u32, b: u32, c: u32| {
+        mesh.triangles.push([a, c, b]);
+        mesh.triangles.push([top + a, top + b, top + c]);
+    };
+    while high - low > 1 {
+        cap(low, low + 1, high);
+        low += 1;
+        if high - low > 1 {
+            cap(low, high - 1, high);
+            high -= 1;
+        }
     }
     if mesh.volume() < 0.0 {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));

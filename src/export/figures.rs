@@ -1,0 +1,296 @@
+//! The figures of a design as a table: value, unit and what it means.
+
+use serde::Serialize;
+
+use super::curves::q_unit;
+use super::report::ReportInput;
+use crate::design::Design;
+
+/// One line of the table.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figure {
+    /// Heading it stands under.
+    pub group: &'static str,
+    /// Name.
+    pub name: String,
+    /// Value, rounded for reading.
+    pub value: String,
+    /// Unit; empty for counts and ratios.
+    pub unit: String,
+    /// What it says, in plain words.
+    pub meaning: &'static str,
+}
+
+/// `x` with `digits` significant digits and no exponent for usual sizes.
+pub fn rounded(x: f64, digits: usize) -> String {
+    if !x.is_finite() {
+        return if x == f64::INFINITY {
+            "unlimited"
+        } else {
+            "–"
+        }
+        .into();
+    }
+    if x == 0.0 {
+        return "0".into();
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    if !(-5..7).contains(&magnitude) {
+        return format!("{x:.*e}", digits - 1);
+    }
+    let decimals = (digits as i32 - 1 - magnitude).max(0) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// Mean, smallest and share of Q over the samples of a design.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosureFigures {
+    /// min Q.
+    pub q_min: f64,
+    /// Mean Q.
+    pub q_mean: f64,
+    /// min Q*.
+    pub q_star_min: f64,
+    /// min η.
+    pub eta_min: f64,
+    /// Share of samples with Q above the threshold (E_validTime).
+    pub valid_time: f64,
+}
+
+impl ClosureFigures {
+    /// Figures of `design`; `None` without samples.
+    pub fn of(design: &Design) -> Option<ClosureFigures> {
+        let samples = &design.closure;
+        let count = samples.len() as f64;
+        let threshold = design.settings.gear.closure_threshold;
+        let smallest = |get: &dyn Fn(&crate::design::ClosureSample) -> f64| {
+            samples.iter().map(get).reduce(f64::min)
+        };
+        Some(ClosureFigures {
+            q_min: smallest(&|c| c.q)?,
+            q_star_min: smallest(&|c| c.q_star)?,
+            eta_min: smallest(&|c| c.eta)?,
+            q_mean: samples.iter().map(|c| c.q).sum::<f64>() / count,
+            valid_time: samples.iter().filter(|c| c.q > threshold).count() as f64 / count,
+        })
+    }
+}
+
+/// All figures that `input` has data for.
+pub fn all(input: &ReportInput) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    gear(input.design, &mut figures);
+    if let Some(c) = ClosureFigures::of(input.design) {
+        let mut add = table(&mut figures, "Grip");
+        let unit = q_unit(input.design.class);
+        add(
+            "Smallest grip, min Q",
+            rounded(c.q_min, 4),
+            unit,
+            "Above zero: the follower is held at every moment.",
+        );
+        add("Mean grip", rounded(c.q_mean, 4), unit, "");
+        add(
+            "Smallest grip without units, min Q*",
+            rounded(c.q_star_min, 4),
+            "",
+            "Comparable between sizes and classes.",
+        );
+        add(
+            "Smallest quality, min η",
+            rounded(c.eta_min, 3),
+            "",
+            "1 would be the best possible for these distances.",
+        );
+        add(
+            "Time with a firm grip",
+            rounded(100.0 * c.valid_time, 4),
+            "%",
+            "Has to be 100 %.",
+        );
+    }
+    loads(input, &mut figures);
+    sizes(input, &mut figures);
+    figures
+}
+
+fn sizes(input: &ReportInput, figures: &mut Vec<Figure>) {
+    let mut add = table(figures, "Size");
+    for part in input.parts {
+        let (low, high) = part.mesh.bounds();
+        let size = high - low;
+        add(
+            part.label,
+            format!("{:.0} × {:.0} × {:.0}", size.x, size.y, size.z),
+            "mm",
+            "",
+        );
+        add(
+            &format!("{}: volume", part.label),
+            rounded(part.mesh.volume() / 1000.0, 3),
+            "cm³",
+            "",
+        );
+    }
+}
+
+fn table<'a>(
+    figures: &'a mut Vec<Figure>,
+    group: &'static str,
+) -> impl FnMut(&str, String, &str, &'static str) + use<'a> {
+    move |name, value, unit, meaning| {
+        figures.push(Figure {
+            group,
+            name: name.into(),
+            value,
+            unit: unit.into(),
+            meaning,
+        });
+    }
+}
+
+fn gear(design: &Design, figures: &mut Vec<Figure>) {
+    let gear = &design.settings.gear;
+    let mut add = table(figures, "Gear");
+    add(
+        "Class",
+        design.class.to_string(),
+        "",
+        "R counts turning, T counts sliding directions of the joint.",
+    );
+    add(
+        "Sub-gear pairs, K",
+        design.sub_gear_pairs.len().to_string(),
+        "",
+        "Contacts that hold the follower at the same time.",
+    );
+    add("Teeth per sub-gear, J", gear.teeth.to_string(), "", "");
+    add(
+        "Contact ratio",
+        rounded(gear.contact_ratio, 3),
+        "",
+        "Teeth of one pair that touch at once, on average.",
+    );
+    add(
+        "Centre distance, L",
+        rounded(gear.center_distance_mm, 4),
+        "mm",
+        "From the joint to the motor shaft.",
+    );
+    add(
+        "Gap between flanks",
+        rounded(design.section.clearance, 3),
+        "mm",
+        "Left free for printing.",
+    );
+}
+
+fn loads(input: &ReportInput, figures: &mut Vec<Figure>) {
+    let settings = &input.design.settings.load;
+    if let Some(load) = input.load {
+        let mut add = table(figures, "Load");
+        let optional =
+            |x: Option<f64>, digits: usize| x.map_or("–".into(), |x| rounded(x, digits));
+        add(
+            "Payload",
+            rounded(settings.mass_g, 4),
+            "g",
+            "As given in the motion file.",
+        );
+        add("Largest contact force", rounded(load.force_max, 3), "N", "");
+        add(
+            "Largest motor torque",
+            rounded(load.torque_max, 3),
+            "N·mm",
+            "Without friction.",
+        );
+        add(
+            "… with friction",
+            load.torque_with_friction_max
+                .map_or("jams".into(), |x| rounded(x, 3)),
+            "N·mm",
+            "With the friction coefficient of the motion file.",
+        );
+        add(
+            "Efficiency",
+            optional(load.efficiency.map(|e| 100.0 * e), 3),
+            "%",
+            "Useful work over motor work, while the motor lifts.",
+        );
+        add(
+            "Largest payload",
+            rounded(load.payload_max * 1000.0, 3),
+            "g",
+            "Until the first contact carries the force limit.",
+        );
+        add(
+            "Largest contact pressure",
+            optional(load.pressure_max, 3),
+            "MPa",
+            "Hertz pressure of the rounded flanks.",
+        );
+        add(
+            "… allowed",
+            rounded(load.pressure_allowed, 3),
+            "MPa",
+            "For the material chosen, without yielding.",
+        );
+        add(
+            "Largest play of the load point",
+            rounded(load.play_point_max, 3),
+            "mm",
+            "With the motor held.",
+        );
+        add(
+            "Largest play as an angle",
+            rounded(load.play_turn_max.to_degrees(), 3),
+            "°",
+            "",
+        );
+    }
+    if let Some(s) = input.sensitivity {
+        let mut add = table(figures, "Assembly errors");
+        add(
+            "Errors allowed",
+            format!(
+                "{} mm, {}°, {} %",
+                settings.center_distance_error_mm,
+                settings.axis_tilt_error_deg,
+                settings.scale_error_percent
+            ),
+            "",
+            "Centre distance, axis tilt, scale.",
+        );
+        let unit = q_unit(input.design.class);
+        add(
+            "Smallest grip then",
+            rounded(s.by_sampling.q_min, 4),
+            unit,
+            "Worst of many errors within these.",
+        );
+        add(
+            "… by derivatives",
+            rounded(s.by_derivative.q_min, 4),
+            unit,
+            "All errors at their worst sign at once.",
+        );
+        add(
+            "Load point moves by up to",
+            rounded(s.by_sampling.point, 3),
+            "mm",
+            "",
+        );
+        add(
+            "Follower turns by up to",
+            rounded(s.by_sampling.turn.to_degrees(), 3),
+            "°",
+            "",
+        );
+        add(
+            "Gap lost at a contact",
+            rounded(s.by_sampling.interference, 3),
+            "mm",
+            "More than the gap between flanks would jam.",
+        );
+    }
+}

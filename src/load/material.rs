@@ -1,0 +1,86 @@
+//! Material presets: the few constants that contact stress needs.
+
+use serde::{Deserialize, Serialize};
+
+/// Preset of a gear's material; typical values of printed or machined parts, not of a data sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Material {
+    /// Polylactide, FDM.
+    #[default]
+    #[serde(rename = "PLA")]
+    Pla,
+    /// PETG, FDM.
+    #[serde(rename = "PETG")]
+    Petg,
+    /// Standard photopolymer resin, SLA.
+    #[serde(rename = "SLA")]
+    SlaResin,
+    /// Polyamide 12, SLS.
+    #[serde(rename = "PA12")]
+    Pa12,
+    /// Quenched and tempered steel.
+    #[serde(rename = "steel")]
+    Steel,
+}
+
+impl Material {
+    /// All presets.
+    pub const ALL: [Material; 5] = [
+        Material::Pla,
+        Material::Petg,
+        Material::SlaResin,
+        Material::Pa12,
+        Material::Steel,
+    ];
+
+    /// Young's modulus, MPa.
+    pub fn young_modulus(self) -> f64 {
+        match self {
+            Material::Pla => 3300.0,
+            Material::Petg => 2100.0,
+            Material::SlaResin => 2800.0,
+            Material::Pa12 => 1700.0,
+            Material::Steel => 210_000.0,
+        }
+    }
+
+    /// Poisson's ratio.
+    pub fn poisson_ratio(self) -> f64 {
+        match self {
+            Material::Pla => 0.36,
+            Material::Petg => 0.38,
+            Material::SlaResin => 0.36,
+            Material::Pa12 => 0.40,
+            Material::Steel => 0.30,
+        }
+    }
+
+    /// Yield strength in tension or compression, whichever is lower, MPa.
+    pub fn yield_strength(self) -> f64 {
+        match self {
+            Material::Pla => 50.0,
+            Material::Petg => 45.0,
+            Material::SlaResin => 55.0,
+            Material::Pa12 => 45.0,
+            Material::Steel => 600.0,
+        }
+    }
+
+    /// Largest Hertz pressure without yield below the surface, MPa: 1.6 times the yield strength
+    /// (round contact, Poisson's ratio 0.3; a little more for larger ratios).
+    pub fn allowed_pressure(self) -> f64 {
+        1.6 * self.yield_strength()
+    }
+}
+
+impl std::fmt::Display for Material {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Material::Pla => "PLA",
+            Material::Petg => "PETG",
+            Material::SlaResin => "SLA",
+            Material::Pa12 => "PA12",
+            Material::Steel => "steel",
+        })
+    }
+}

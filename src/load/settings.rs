@@ -1,0 +1,121 @@
+//! The `[load]` table of a motion file.
+
+use serde::{Deserialize, Serialize};
+
+use super::Material;
+
+/// What the mechanism has to carry.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Load {
+    /// Mass on the end-effector, g. Default 100.
+    pub mass_g: f64,
+    /// Its centre, and where extra forces act, in the follower frame, mm. Default (0, 0, 60).
+    pub point_mm: [f64; 3],
+    /// Direction of gravity in Σ, any length but zero. Default (0, 0, −1).
+    pub gravity: [f64; 3],
+    /// Further force and torque on the follower over φ, in Σ; periodic, linear between rows. Default none.
+    pub extra: Vec<ExtraLoad>,
+    /// Largest force one contact may carry, N. Default 50.
+    pub force_limit_n: f64,
+    /// Coulomb friction coefficient of the flanks. Default 0.2.
+    pub friction: f64,
+    /// Material of the driver. Default "PLA".
+    pub driver_material: Material,
+    /// Material of the follower. Default "PLA".
+    pub follower_material: Material,
+    /// Largest error of the centre distance, mm. Default 0.1.
+    pub center_distance_error_mm: f64,
+    /// Largest tilt of the driver axis, deg. Default 0.2.
+    pub axis_tilt_error_deg: f64,
+    /// Largest error of scale of either printed gear (shrinkage), percent. Default 0.2.
+    pub scale_error_percent: f64,
+}
+
+/// One row of the table of extra loads.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ExtraLoad {
+    /// Driver angle, deg, within one period.
+    pub phi_deg: f64,
+    /// Force at the load point, Σ, N.
+    pub force_n: [f64; 3],
+    /// Torque, Σ, N·mm.
+    pub torque_nmm: [f64; 3],
+}
+
+impl Default for Load {
+    fn default() -> Self {
+        Load {
+            mass_g: 100.0,
+            point_mm: [0.0, 0.0, 60.0],
+            gravity: [0.0, 0.0, -1.0],
+            extra: Vec::new(),
+            force_limit_n: 50.0,
+            friction: 0.2,
+            driver_material: Material::Pla,
+            follower_material: Material::Pla,
+            center_distance_error_mm: 0.1,
+            axis_tilt_error_deg: 0.2,
+            scale_error_percent: 0.2,
+        }
+    }
+}
+
+impl Load {
+    /// Everything that is wrong with the table, one entry per field; empty when it can be used.
+    pub fn problems(&self) -> Vec<crate::Problem> {
+        let mut problems = Vec::new();
+        let mut demand = |holds: bool, field: &str, what: String| {
+            if !holds {
+                problems.push(crate::Problem::new(format!("load.{field}"), what, ""));
+            }
+        };
+        for (field, value) in [
+            ("mass_g", self.mass_g),
+            ("friction", self.friction),
+            ("center_distance_error_mm", self.center_distance_error_mm),
+            ("axis_tilt_error_deg", self.axis_tilt_error_deg),
+            ("scale_error_percent", self.scale_error_percent),
+        ] {
+            demand(
+                value.is_finite() && value >= 0.0,
+                field,
+                format!("is {value}, must be a number of at least 0"),
+            );
+        }
+        demand(
+            self.force_limit_n.is_finite() && self.force_limit_n > 0.0,
+            "force_limit_n",
+            format!("is {}, must be larger than 0", self.force_limit_n),
+        );
+        demand(
+            self.point_mm.iter().all(|x| x.is_finite()),
+            "point_mm",
+            "must be three finite numbers".into(),
+        );
+        demand(
+            self.gravity.iter().all(|x| x.is_finite()) && self.gravity.iter().any(|&x| x != 0.0),
+            "gravity",
+            "must be a direction: three finite numbers, not all zero".into(),
+        );
+        for (i, row) in self.extra.iter().enumerate() {
+            let finite = row
+                .force_n
+                .iter()
+                .chain(&row.torque_nmm)
+                .all(|x| x.is_finite());
+            demand(
+                finite && (0.0..=360.0).contains(&row.phi_deg),
+                &format!("extra[{i}]"),
+                "must have finite numbers and phi_deg from 0 to 360".into(),
+            );
+        }
+        demand(
+            self.extra.windows(2).all(|w| w[0].phi_deg < w[1].phi_deg),
+            "extra",
+            "must have increasing phi_deg".into(),
+        );
+        problems
+    }
+}

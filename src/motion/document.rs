@@ -1,0 +1,100 @@
+//! A TOML text whose problems can be placed: line of every field, suggestions for unknown ones.
+
+use toml::de::{DeTable, DeValue};
+
+use crate::Problem;
+
+/// Parsed TOML that remembers where its fields are.
+pub(super) struct Document<'t> {
+    text: &'t str,
+    spans: DeTable<'t>,
+    /// The same as plain values.
+    pub table: toml::Table,
+}
+
+impl<'t> Document<'t> {
+    /// Parses `text`.
+    pub(super) fn parse(text: &'t str) -> Result<Document<'t>, Problem> {
+        let broken = |e: &toml::de::Error| {
+            let at = e.span().map_or(0, |span| span.start);
+            let message = e.message().lines().collect::<Vec<_>>().join("; ");
+            Problem::new(
+                format!("line {}", line(text, at)),
+                format!("this is not TOML: {message}"),
+                "text goes in quotes, tables are written [name], comments start with #",
+            )
+        };
+        let spans = DeTable::parse(text).map_err(|e| broken(&e))?.into_inner();
+        let table = toml::from_str(text).map_err(|e| broken(&e))?;
+        Ok(Document { text, spans, table })
+    }
+
+    /// Puts the line in front of places such as `gear.teeth` or `motion.axis[1]` that are in the
+    /// file, and sorts the problems by it.
+    pub(super) fn locate(&self, problems: &mut [Problem]) {
+        problems.sort_by_cached_key(|problem| self.line_of(&problem.place));
+        for problem in problems {
+            if let Some(line) = self.line_of(&problem.place) {
+                problem.place = format!("line {line}, {}", problem.place);
+            }
+        }
+    }
+
+    /// Line of the innermost part of a dotted place that is in the file.
+    fn line_of(&self, place: &str) -> Option<usize> {
+        let path = place.split([' ', '[']).next().unwrap_or_default();
+        let mut table = &self.spans;
+        let mut at = None;
+        for name in path.split('.') {
+            let Some((key, value)) = table.iter().find(|(key, _)| key.get_ref() == name) else {
+                break;
+            };
+            at = Some(key.span().start);
+            match value.get_ref() {
+                DeValue::Table(inner) => table = inner,
+                _ => break,
+            }
+        }
+        at.map(|at| line(self.text, at))
+    }
+}
+
+/// Line number (from 1) of the byte at `offset`.
+fn line(text: &str, offset: usize) -> usize {
+    text.bytes().take(offset).filter(|b| *b == b'\n').count() + 1
+}
+
+/// Problem for every field of `table` that is not among `known`.
+pub(super) fn unknown_fields(path: &str, table: &toml::Table, known: &[&str]) -> Vec<Problem> {
+    table
+        .keys()
+        .filter(|key| !known.contains(&key.as_str()))
+        .map(|key| {
+            let place = if path.is_empty() {
+                key.clone()
+            } else {
+                format!("{path}.{key}")
+            };
+            let hint = match nearest(key, known) {
+                Some(name) => format!("did you mean `{name}`?"),
+                None => format!("known here: {}", known.join(", ")),
+            };
+            Problem::new(place, "unknown field", hint)
+        })
+        .collect()
+}
+
+/// The most similar of `known`, if similar at all.
+pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    // Jaro-Winkler forgives missing ends (`clearance`), edit distance prefers equal length (`tooth`).
+    let similarity = |name: &str| {
+        (strsim::jaro_winkler(word, name) + strsim::normalized_damerau_levenshtein(word, name))
+            / 2.0
+    };
+    known
+        .iter()
+        .map(|name| (similarity(name), *name))
+        .filter(|(similarity, _)| *similarity > 0.55)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}

@@ -1,0 +1,144 @@
+//! Motion kind `formula`: rotation and translation as expressions in `phi`.
+
+use std::collections::BTreeMap;
+
+use num_dual::Dual2_64;
+use serde::{Deserialize, Serialize};
+
+use super::expression::{Constants, Expression, builtin_constants};
+use super::jet::{PoseJet, QuaternionJet, about_vector, about_z, compose, z_to};
+use crate::Problem;
+
+/// Motion kind `formula`: M²(φ) = translation · rotation · own turn about z (applied first).
+///
+/// Expressions may use `phi` (rad), `pi`, `deg` (= π/180) and the names in `constants`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Formula {
+    /// Names for the other expressions, each an expression without `phi`.
+    pub constants: BTreeMap<String, String>,
+    /// Turn about the follower's own z axis, rad; it must amount to −1 turn per period.
+    pub own_turn: String,
+    /// Direction of the follower's axis (any length): the smallest rotation from z to it.
+    pub axis: Option<[String; 3]>,
+    /// Axis-angle vector of the rotation, rad; instead of `axis`.
+    pub rotation: Option<[String; 3]>,
+    /// Position of the joint centre, mm.
+    pub translation: [String; 3],
+}
+
+impl Default for Formula {
+    fn default() -> Self {
+        Formula {
+            constants: BTreeMap::new(),
+            own_turn: "-phi".to_owned(),
+            axis: None,
+            rotation: None,
+            translation: ["0", "0", "0"].map(str::to_owned),
+        }
+    }
+}
+
+/// Parsed [`Formula`].
+#[derive(Debug, Clone)]
+pub(super) struct FormulaShape {
+    own_turn: Expression,
+    wobble: Wobble,
+    translation: [Expression; 3],
+}
+
+/// The rotation on top of the own turn.
+#[derive(Debug, Clone)]
+enum Wobble {
+    None,
+    Axis([Expression; 3]),
+    Vector([Expression; 3]),
+}
+
+impl Formula {
+    /// Parses all expressions; all problems at once.
+    pub(super) fn shape(&self) -> Result<FormulaShape, Vec<Problem>> {
+        let mut problems = Vec::new();
+        let constants = self.constant_values(&mut problems);
+        let mut parse = |place: String, text: &str| {
+            Expression::parse(text, &constants).unwrap_or_else(|what| {
+                problems.push(Problem::new(place, what, FORMULA_HINT));
+                Expression::Constant(0.0)
+            })
+        };
+        let own_turn = parse("motion.own_turn".to_owned(), &self.own_turn);
+        let mut parse3 = |name: &str, texts: &[String; 3]| {
+            [0, 1, 2].map(|i| parse(format!("motion.{name}[{i}]"), &texts[i]))
+        };
+        let translation = parse3("translation", &self.translation);
+        let wobble = match (&self.axis, &self.rotation) {
+            (Some(axis), None) => Wobble::Axis(parse3("axis", axis)),
+            (None, Some(vector)) => Wobble::Vector(parse3("rotation", vector)),
+            (None, None) => Wobble::None,
+            (Some(_), Some(_)) => {
+                problems.push(Problem::new(
+                    "motion",
+                    "has both `axis` and `rotation`",
+                    "keep one of them",
+                ));
+                Wobble::None
+            }
+        };
+        if problems.is_empty() {
+            Ok(FormulaShape {
+                own_turn,
+                wobble,
+                translation,
+            })
+        } else {
+            Err(problems)
+        }
+    }
+
+    /// Constants may use the built-in ones only, so their order does not matter.
+    fn constant_values(&self, problems: &mut Vec<Problem>) -> Constants {
+        let builtin = builtin_constants();
+        let mut constants = builtin.clone();
+        for (name, text) in &self.constants {
+            let place = format!("motion.constants.{name}");
+            let value = match Expression::parse(text, &builtin) {
+                Ok(Expression::Constant(value)) if value.is_finite() => value,
+                Ok(Expression::Constant(value)) => {
+                    problems.push(Problem::new(place, format!("`{text}` is {value}"), ""));
+                    0.0
+                }
+                Ok(Expression::Variable(_)) => {
+                    let what = format!("`{text}` depends on phi and so is no constant");
+                    problems.push(Problem::new(place, what, "write it where it is used"));
+                    0.0
+                }
+                Err(what) => {
+                    problems.push(Problem::new(place, what, FORMULA_HINT));
+                    0.0
+                }
+            };
+            constants.insert(name.clone(), value);
+        }
+        constants
+    }
+}
+
+/// What a formula may contain.
+pub(super) const FORMULA_HINT: &str = "write formulas as in \"2.5*sin(phi)\" with + - * / ^, sin cos tan asin acos atan \
+     sinh cosh tanh exp ln sqrt, phi (rad), pi, deg";
+
+impl FormulaShape {
+    pub(super) fn at(&self, phi: f64) -> PoseJet {
+        let at3 = |e: &[Expression; 3]| -> [Dual2_64; 3] { [0, 1, 2].map(|i| e[i].at(phi)) };
+        let own = about_z(self.own_turn.at(phi));
+        let rotation: QuaternionJet = match &self.wobble {
+            Wobble::None => own,
+            Wobble::Axis(axis) => compose(&z_to(&at3(axis)), &own),
+            Wobble::Vector(vector) => compose(&about_vector(&at3(vector)), &own),
+        };
+        PoseJet {
+            rotation,
+            translation: at3(&self.translation),
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Random candidate bands: sample the design variables, keep what is fabricable by itself.
+
+use std::collections::BTreeMap;
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::clearance::{Scene, Swept};
+use super::polish::mutate;
+use crate::closure::{Wrench, wrench};
+use crate::contact::Grid;
+use crate::design::Gear;
+use crate::motion::{Class, Motion};
+use crate::settings::Settings;
+use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch};
+
+/// Everything a candidate is judged by; built once per search.
+#[derive(Debug, Clone)]
+pub struct Workshop {
+    /// Class of the motion.
+    pub class: Class,
+    /// Contact intervals.
+    pub grid: Grid,
+    /// Collision model.
+    pub scene: Scene,
+    /// Limits of a fabricable band.
+    pub margins: Margins,
+    /// Phases at which wrenches are taken: tooth, station.
+    samples: Vec<(usize, usize)>,
+    /// Joint centre at those phases.
+    centres: Vec<nalgebra::Vector3<f64>>,
+    /// Length scale L/25 of all sampled sizes.
+    scale: f64,
+}
+
+/// A band that is fabricable by itself, ready to be combined.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Design variables.
+    pub law: BandLaw,
+    /// n̄ at the workshop's phases.
+    pub wrenches: Vec<Wrench>,
+    /// Collision model.
+    pub swept: Swept,
+}
+
+impl Workshop {
+    /// Prepares the search for `motion`.
+    pub fn new(motion: &Motion, settings: &Settings) -> Workshop {
+        let grid = Grid::new(motion, &settings.gear, STEPS);
+        let scale = settings.gear.center_distance_mm / 25.0;
+        let thickness = settings.gear.tooth_thickness_mm;
+        let margins = Margins {
+            gap: 0.5 * scale,
+            curvature: 0.004 / scale,
+            tangent: 1.5 * scale,
+            spacing: thickness + settings.fit.safety_gap_mm + 0.2 * scale,
+            bead_radius: (0.5 * thickness).max(settings.gear.flank_radius_mm),
+        };
+        // Stations of tooth j inside its own subinterval (the rest of the interval is overlap).
+        let share = 0.5 / settings.gear.contact_ratio;
+        let samples: Vec<(usize, usize)> = (0..settings.gear.teeth)
+            .flat_map(|j| {
+                (0..=grid.steps)
+                    .filter(|i| (*i as f64 / grid.steps as f64 - 0.5).abs() <= share + 1e-9)
+                    .map(move |i| (j, i))
+            })
+            .collect();
+        let centres = samples
+            .iter()
+            .map(|&(j, i)| motion.joint_centre(grid.teeth[j][2 * i].phi))
+            .collect();
+        Workshop {
+            class: motion.class(),
+            scene: Scene::new(motion, settings, PHASES, 2),
+            grid,
+            margins,
+            samples,
+            centres,
+            scale,
+        }
+    }
+
+    /// Traces a band and runs the tests that need no collision model.
+    ///
+    /// # Errors
+    /// The first flaw found.
+    pub fn trace(&self, law: BandLaw) -> Result<Band, Flaw> {
+        self.check_spacing(Band::trace(&self.grid, law, &self.margins)?)
+    }
+
+    /// Runs the collision tests on a traced band.
+    ///
+    /// # Errors
+    /// The first flaw found.
+    pub fn finish(&self, band: &Band) -> Result<Candidate, Flaw> {
+        let swept = self.scene.prepare(band, &self.grid)?;
+        Ok(Candidate {
+            law: band.law.clone(),
+            wrenches: self.wrenches(band),
+            swept,
+        })
+    }
+
+    /// n̄ of a band at the workshop's phases.
+    pub fn wrenches(&self, band: &Band) -> Vec<Wrench> {
+        self.samples
+            .iter()
+            .zip(&self.centres)
+            .map(|(&(j, i), &centre)| {
+                let c = &band.teeth[j][i];
+                wrench(self.class, c.p, c.n, centre, 1.0)
+            })
+            .collect()
+    }
+
+    fn check_spacing(&self, band: Band) -> Result<Band, Flaw> {
+        let tight = [Gear::Driver, Gear::Follower]
+            .into_iter()
+            .any(|gear| self.is_tight(&band, gear));
+        if tight { Err(Flaw::Spacing) } else { Ok(band) }
+    }
+
+    /// Whether neighbouring teeth of `gear` come closer than the margin.
+    fn is_tight(&self, band: &Band, gear: Gear) -> bool {
+        let count = band.teeth.len();
+        let axes: Vec<_> = (0..count)
+            .map(|j| band.bead_axis(&self.grid, j, gear, self.margins.bead_radius, 3))
+            .collect();
+        (0..count).any(|j| {
+            let next = &axes[(j + 1) % count];
+            let near = axes[j]
+                .iter()
+                .flat_map(|a| next.iter().map(move |b| (a - b).norm_squared()))
+                .fold(f64::INFINITY, f64::min);
+            near.sqrt() < self.margins.spacing
+        })
+    }
+
+    /// Length scale of the gear, L/25.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Draws the law of a band. Sizes are for L = 25 and scale with L; where the joint is a pin, bands
+    /// sit anywhere around O, where it is a ball they sit above or below it.
+    pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
+        let s = self.scale;
+        let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
+        let travel = rng.random_range(3.0..12.0) * s * sign(rng);
+        let z = if self.class.is_spherical() {
+            (rng.random_range(5.0..22.0) * s + 0.5 * travel.abs()) * sign(rng)
+        } else {
+            rng.random_range(-16.0..16.0) * s
+        };
+        let sketch = Sketch {
+            alpha: rng.random_range(10f64.to_radians()..55f64.to_radians()),
+            alpha_change: rng.random_range(-0.3..0.3),
+            roll: rng.random_range(0.2..1.2),
+            beta_change: rng.random_range(-0.3..0.3),
+            side: sign(rng),
+            z,
+            travel,
+            offset: rng.random_range(-1.5..1.5) * s,
+        };
+        BandLaw::uniform(sketch, self.grid.teeth.len())
+    }
+
+    /// The other flank: a band of the opposite turning side that shares the teeth's axial range, as the
+    /// two flanks of a helical tooth do. Half a turn about the x axis with time reversed maps a uniform
+    /// motion on itself and a helical fin on one of the same hand; an axial shift sets the two fins side
+    /// by side; wobble needs the random change on top.
+    fn opposite(&self, rng: &mut impl Rng, law: &BandLaw) -> BandLaw {
+        let mut law = law.clone();
+        let tooth = &mut law.sketch;
+        tooth.side = -tooth.side;
+        tooth.beta_change = -tooth.beta_change;
+        tooth.alpha_change = -tooth.alpha_change;
+        let shift = rng.random_range(1.0..6.0) * self.scale;
+        tooth.z += if rng.random::<bool>() { shift } else { -shift };
+        for s in &mut law.shifts {
+            s[1] = -s[1];
+        }
+        mutate(rng, law, 1.0, self.scale)
+    }
+
+    /// Looks for the opposite flank of each of `bands`: usable and compatible pairs.
+    pub fn pair(&self, seed: u64, bands: &[Candidate], tries: usize) -> Vec<[Candidate; 2]> {
+        bands
+            .par_iter()
+            .enumerate()
+            .filter_map(|(i, a)| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream((4 << 40) + i as u64);
+                (0..tries).find_map(|_| {
+                    let law = self.opposite(&mut rng, &a.law);
+                    let band = Band::mend(&self.grid, law, &self.margins).ok()?;
+                    let b = self.finish(&self.check_spacing(band).ok()?).ok()?;
+                    self.scene
+                        .compatible(&a.swept, &b.swept)
+                        .then(|| [a.clone(), b])
+                })
+            })
+            .collect()
+    }
+
+    /// Breeds `count` children of `parents`: compact parents more often than others. Returns the
+    /// usable children, in order.
+    pub fn breed(
+        &self,
+        seed: u64,
+        generation: u64,
+        parents: &[Candidate],
+        count: usize,
+    ) -> Vec<Candidate> {
+        let height = |c: &Candidate| {
+            let (low, high) = c.swept.extent();
+            if self.class.is_spherical() {
+                low.abs().max(high.abs())
+            } else {
+                high - low
+            }
+        };
+        (0..count)
+            .into_par_iter()
+            .filter_map(|i| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream((3 << 40) + (generation << 24) + i as u64);
+                let [a, b] = [0; 2].map(|_| &parents[rng.random_range(0..parents.len())]);
+                let parent = if height(a) < height(b) { a } else { b };
+                let law = mutate(&mut rng, parent.law.clone(), 2.0, self.scale);
+                let band = Band::mend(&self.grid, law, &self.margins).ok()?;
+                self.finish(&self.check_spacing(band).ok()?).ok()
+            })
+            .collect()
+    }
+
+    /// Draws candidates number `first..first + count` of the stream of `seed`: the usable ones, in
+    /// order, and how many failed of what.
+    pub fn sample(
+        &self,
+        seed: u64,
+        first: usize,
+        count: usize,
+    ) -> (Vec<Candidate>, BTreeMap<Flaw, usize>) {
+        let made: Vec<Result<Candidate, Flaw>> = (first..first + count)
+            .into_par_iter()
+            .map(|i| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream(i as u64);
+                let band = Band::mend(&self.grid, self.draw(&mut rng), &self.margins)?;
+                self.finish(&self.check_spacing(band)?)
+            })
+            .collect();
+        let mut flaws = BTreeMap::new();
+        let mut usable = Vec::new();
+        for result in made {
+            match result {
+                Ok(candidate) => usable.push(candidate),
+                Err(flaw) => *flaws.entry(flaw).or_insert(0) += 1,
+            }
+        }
+        (usable, flaws)
+    }
+}
+
+/// Integration steps a tooth during the search: residuals are far below the search's other errors.
+const STEPS: usize = 24;
+
+/// Phases of the collision model: 3° of driver turn move a tooth by 0.65 mm at L = 25.
+const PHASES: usize = 120;

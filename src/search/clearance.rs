@@ -1,0 +1,460 @@
+//! Collision model of the search: teeth and ribs as chains of balls, tested through a distance field
+//! of the driver's balls that the follower's balls are swept through. Coarse but quick: the proof on
+//! the meshes comes later and has the last word.
+
+use nalgebra::Vector3;
+
+use crate::contact::Grid;
+use crate::design::Gear;
+use crate::envelope::{BallJoint, Envelope};
+use crate::motion::{Motion, MotionState, Pose};
+use crate::settings::Settings;
+use crate::sub_gear::{Band, Flaw};
+
+/// Ball of a tooth or rib in the frame of its gear: centre (mm), radius (mm), tooth index.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    centre: Vector3<f64>,
+    radius: f64,
+    tooth: u8,
+}
+
+/// One sampled phase.
+#[derive(Debug, Clone, Copy)]
+struct Phase {
+    phi: f64,
+    /// Follower seen from the driver, and the other way round.
+    follower_in_driver: Pose,
+    driver_in_follower: Pose,
+    /// Both gears seen from the joint centre.
+    driver: Pose,
+    follower: Pose,
+}
+
+/// What every band is tested against.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    envelope: Envelope,
+    center_distance: f64,
+    /// Phases of the turn, in an order that visits far ones first.
+    phases: Vec<Phase>,
+    /// Driver angle at mid contact of tooth 0, and the angle between teeth.
+    first: f64,
+    pitch: f64,
+    bead_radius: f64,
+    bead_depths: Vec<f64>,
+    rib_radius: f64,
+    gap: f64,
+    stride: usize,
+    cell: f64,
+}
+
+impl Scene {
+    /// Tabulates `count` phases of the motion; `stride` thins the stations of a tooth.
+    pub fn new(motion: &Motion, settings: &Settings, count: usize, stride: usize) -> Scene {
+        let l = settings.gear.center_distance_mm;
+        let envelope = Envelope::new(motion, settings);
+        // Golden-ratio stride: any prefix of the list covers the turn evenly.
+        let step = (1..count)
+            .filter(|s| gcd(*s, count) == 1)
+            .min_by_key(|s| (*s as f64 - 0.618 * count as f64).abs() as usize)
+            .unwrap_or(1);
+        let phases = (0..count)
+            .map(|i| {
+                let phi = ((i * step) % count) as f64 * std::f64::consts::TAU / count as f64;
+                let mut driver = MotionState::driver(l, phi).pose;
+                let mut follower = motion.state(phi).pose;
+                let follower_in_driver = driver.inverse_mul(&follower);
+                let driver_in_follower = follower.inverse_mul(&driver);
+                driver.translation -= motion.joint_centre(phi);
+                follower.translation -= motion.joint_centre(phi);
+                Phase {
+                    phi,
+                    follower_in_driver,
+                    driver_in_follower,
+                    driver,
+                    follower,
+                }
+            })
+            .collect();
+        let pitch = std::f64::consts::TAU / settings.gear.teeth as f64;
+        let (t, r) = (
+            settings.gear.tooth_thickness_mm,
+            settings.gear.flank_radius_mm,
+        );
+        let bead_depths = if t > 2.0 * r + 1e-9 {
+            vec![r, t - r]
+        } else {
+            vec![0.5 * t]
+        };
+        Scene {
+            envelope,
+            center_distance: l,
+            phases,
+            first: 0.5 * pitch,
+            pitch,
+            bead_radius: r,
+            bead_depths,
+            rib_radius: 0.5 * settings.spokes.thickness_mm,
+            gap: settings.fit.safety_gap_mm,
+            stride,
+            cell: 0.02 * l,
+        }
+    }
+
+    fn axis(&self, gear: Gear) -> Vector3<f64> {
+        match gear {
+            Gear::Driver => Vector3::new(-self.center_distance, 0.0, 0.0),
+            Gear::Follower => Vector3::zeros(),
+        }
+    }
+
+    fn hub_radius(&self, gear: Gear) -> f64 {
+        match gear {
+            Gear::Driver => self.envelope.driver_hub_radius,
+            Gear::Follower => self.envelope.follower_hub_radius,
+        }
+    }
+
+    /// Teeth and ribs of one gear of the band as balls; tips first, since they collide first.
+    fn balls(&self, band: &Band, grid: &Grid, gear: Gear) -> Vec<Ball> {
+        let axis = self.axis(gear);
+        let hub = self.hub_radius(gear);
+        let mut balls = Vec::new();
+        for j in 0..band.teeth.len() {
+            let tooth = j as u8;
+            for &depth in &self.bead_depths {
+                balls.extend(
+                    band.bead_axis(grid, j, gear, depth, self.stride)
+                        .into_iter()
+                        .map(|centre| Ball {
+                            centre,
+                            radius: self.bead_radius,
+                            tooth,
+                        }),
+                );
+            }
+            for bead in band.bead_axis(grid, j, gear, self.bead_depths[0], self.stride) {
+                let outward = (bead - axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
+                let radius = outward.norm();
+                let spacing = 1.6 * self.rib_radius;
+                let count = ((radius - hub) / spacing).ceil().max(0.0) as usize;
+                for i in 1..=count {
+                    let centre = bead - outward / radius * (i as f64 * spacing);
+                    balls.push(Ball {
+                        centre,
+                        radius: self.rib_radius,
+                        tooth,
+                    });
+                }
+            }
+        }
+        balls
+    }
+
+    /// Tests the band against hubs, socket and itself and prepares it for tests against others.
+    ///
+    /// # Errors
+    /// The first flaw found.
+    pub fn prepare(&self, band: &Band, grid: &Grid) -> Result<Swept, Flaw> {
+        let driver = self.balls(band, grid, Gear::Driver);
+        let follower = self.balls(band, grid, Gear::Follower);
+        self.clear_of_joint(&follower)?;
+        self.clear_of_follower_hub(&driver)?;
+        let sweep = self.sweep(&follower)?;
+        let field = Field::new(&driver, self.cell, self.bead_radius + self.gap);
+        if !sweep.clears(&field, self.gap, true) {
+            return Err(Flaw::Teeth);
+        }
+        Ok(Swept { field, sweep })
+    }
+
+    /// Whether tooth `j` can be near the mesh at driver angle `phi`: within [`MESH_WINDOW`] of its
+    /// contact.
+    fn meshes(&self, j: u8, phi: f64) -> bool {
+        let turn = std::f64::consts::TAU;
+        let away = (phi - self.first - f64::from(j) * self.pitch).rem_euclid(turn);
+        away.min(turn - away) < MESH_WINDOW
+    }
+
+    /// Driver balls against the follower's hub (an endless cylinder) and the socket ring.
+    fn clear_of_follower_hub(&self, driver: &[Ball]) -> Result<(), Flaw> {
+        let hub = self.envelope.follower_hub_radius + self.gap;
+        for phase in &self.phases {
+            for ball in driver.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
+                let q = phase.driver_in_follower.apply(ball.centre);
+                let limit = hub + ball.radius;
+                if q.x * q.x + q.y * q.y < limit * limit {
+                    return Err(Flaw::Hub);
+                }
+                if let Some(joint) = &self.envelope.ball_joint
+                    && joint_distance(joint, phase.driver.apply(ball.centre))
+                        < ball.radius + self.gap
+                {
+                    return Err(Flaw::Joint);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Follower balls against socket ring and arm; only those nearest to the plane of the joint count.
+    fn clear_of_joint(&self, follower: &[Ball]) -> Result<(), Flaw> {
+        let Some(joint) = &self.envelope.ball_joint else {
+            return Ok(());
+        };
+        let reach = joint.ring_half_height.max(joint.arm_half_height) + self.gap + self.bead_radius;
+        let (sin, cos) = self.envelope.reach.tilt.sin_cos();
+        let low: Vec<&Ball> = follower
+            .iter()
+            .filter(|b| b.centre.z.abs() * cos < reach + b.centre.x.hypot(b.centre.y) * sin)
+            .collect();
+        let hit = self.phases.iter().any(|phase| {
+            low.iter().any(|b| {
+                joint_distance(joint, phase.follower.apply(b.centre)) < b.radius + self.gap
+            })
+        });
+        if hit { Err(Flaw::Joint) } else { Ok(()) }
+    }
+
+    /// Follower balls through the period, seen from the driver; those that come near it.
+    fn sweep(&self, follower: &[Ball]) -> Result<Sweep, Flaw> {
+        let axis = self.axis(Gear::Driver);
+        let hub = self.envelope.driver_hub_radius + self.gap;
+        let reach = 0.76 * self.center_distance;
+        let mut sweep = Sweep {
+            points: Vec::new(),
+            low: f32::MAX,
+            high: f32::MIN,
+        };
+        for phase in &self.phases {
+            for ball in follower.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
+                let q = phase.follower_in_driver.apply(ball.centre);
+                let radius = (q.x - axis.x).hypot(q.y);
+                if radius < hub + ball.radius {
+                    return Err(Flaw::Hub);
+                }
+                if radius < reach {
+                    let z = q.z as f32;
+                    sweep.low = sweep.low.min(z - ball.radius as f32);
+                    sweep.high = sweep.high.max(z + ball.radius as f32);
+                    sweep.points.push(SweptPoint {
+                        at: [q.x as f32, q.y as f32, z],
+                        radius: ball.radius as f32,
+                        tooth: ball.tooth,
+                    });
+                }
+            }
+        }
+        Ok(sweep)
+    }
+
+    /// Whether driver teeth of either band stay clear of follower teeth of the other.
+    pub fn compatible(&self, a: &Swept, b: &Swept) -> bool {
+        a.sweep.clears(&b.field, self.gap, false) && b.sweep.clears(&a.field, self.gap, false)
+    }
+}
+
+/// Teeth further than this from their contact are behind their gear, rad.
+const MESH_WINDOW: f64 = 1.3;
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Distance of a point (relative to the joint centre) from socket ring and arm.
+fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
+    let outside = |dx: f64, dz: f64| dx.max(0.0).hypot(dz.max(0.0)) + dx.max(dz).min(0.0);
+    let ring = outside(
+        p.x.hypot(p.y) - joint.ring_radius,
+        p.z.abs() - joint.ring_half_height,
+    );
+    let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
+    let arm = outside(across, p.z.abs() - joint.arm_half_height);
+    ring.min(arm)
+}
+
+/// A band ready for collision tests.
+#[derive(Debug, Clone)]
+pub struct Swept {
+    field: Field,
+    sweep: Sweep,
+}
+
+impl Swept {
+    /// Axial extent of the mesh, driver and follower together, lowest and highest z in Σ.
+    pub fn extent(&self) -> (f64, f64) {
+        let field = &self.field;
+        let pad = field.range + field.depth;
+        let top = field.low[2] + field.cell * (field.size[2] - 1) as f32 - pad;
+        let low = self.sweep.low.min(field.low[2] + pad);
+        (f64::from(low), f64::from(self.sweep.high.max(top)))
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct SweptPoint {
+    at: [f32; 3],
+    radius: f32,
+    tooth: u8,
+}
+
+#[derive(Debug, Clone)]
+struct Sweep {
+    points: Vec<SweptPoint>,
+    low: f32,
+    high: f32,
+}
+
+impl Sweep {
+    /// Whether all points keep `gap` from the field. In a band's test against itself (`own`) a tooth
+    /// touches its mate by design: there only penetration beyond the field's accuracy counts.
+    fn clears(&self, field: &Field, gap: f64, own: bool) -> bool {
+        let top = field.low[2] + field.cell * (field.size[2] - 1) as f32;
+        if self.low > top || self.high < field.low[2] {
+            return true;
+        }
+        let gap = gap as f32;
+        self.points.iter().all(|point| {
+            let Some(near) = field.at(point.at) else {
+                return true;
+            };
+            if own && near.tooth == point.tooth {
+                near.distance - point.radius > -TOUCH && near.other - point.radius > gap
+            } else {
+                near.distance - point.radius > gap
+            }
+        })
+    }
+}
+
+/// Accuracy of the interpolated field near a contact, mm: designed contacts may seem this deep.
+const TOUCH: f32 = 0.08;
+
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    distance: f32,
+    tooth: u8,
+    other: f32,
+}
+
+/// Distance to the driver's balls on a regular grid: nearest tooth and nearest other tooth, as
+/// one-byte codes.
+#[derive(Debug, Clone)]
+struct Field {
+    low: [f32; 3],
+    size: [usize; 3],
+    cell: f32,
+    /// Codes per mm, and the depth inside a ball that code 0 stands for.
+    scale: f32,
+    depth: f32,
+    /// Distances up to this are exact.
+    range: f32,
+    cells: Vec<[u8; 3]>,
+}
+
+impl Field {
+    /// Field around `balls`, good for distances up to `need` (mm).
+    fn new(balls: &[Ball], cell: f64, need: f64) -> Field {
+        let (mut lo, mut hi) = (balls[0].centre, balls[0].centre);
+        for ball in balls {
+            lo = lo.inf(&ball.centre);
+            hi = hi.sup(&ball.centre);
+        }
+        let depth = balls.iter().map(|b| b.radius).fold(0.0, f64::max);
+        let range = need + 2.0 * cell + 0.1;
+        let scale = 254.0 / (range + depth);
+        let pad = range + depth;
+        lo = lo.add_scalar(-pad);
+        hi = hi.add_scalar(pad);
+        let size: [usize; 3] =
+            std::array::from_fn(|k| ((hi[k] - lo[k]) / cell).ceil() as usize + 1);
+        let mut cells = vec![[254, u8::MAX, 254]; size.iter().product()];
+        for ball in balls {
+            let reach = range + ball.radius;
+            let first: [usize; 3] = std::array::from_fn(|k| {
+                ((ball.centre[k] - reach - lo[k]) / cell).ceil().max(0.0) as usize
+            });
+            let last: [usize; 3] =
+                std::array::from_fn(|k| ((ball.centre[k] + reach - lo[k]) / cell).floor() as usize);
+            for ix in first[0]..=last[0].min(size[0] - 1) {
+                let dx = lo.x + ix as f64 * cell - ball.centre.x;
+                for iy in first[1]..=last[1].min(size[1] - 1) {
+                    let dy = lo.y + iy as f64 * cell - ball.centre.y;
+                    let row = (ix * size[1] + iy) * size[2];
+                    let planar = dx * dx + dy * dy;
+                    if planar > reach * reach {
+                        continue;
+                    }
+                    for iz in first[2]..=last[2].min(size[2] - 1) {
+                        let dz = lo.z + iz as f64 * cell - ball.centre.z;
+                        let distance = (planar + dz * dz).sqrt() - ball.radius;
+                        let code = ((distance + depth) * scale).clamp(0.0, 254.0) as u8;
+                        let c = &mut cells[row + iz];
+                        if c[1] == ball.tooth {
+                            c[0] = c[0].min(code);
+                        } else if code < c[0] {
+                            *c = [code, ball.tooth, c[0]];
+                        } else {
+                            c[2] = c[2].min(code);
+                        }
+                    }
+                }
+            }
+        }
+        Field {
+            low: [lo.x as f32, lo.y as f32, lo.z as f32],
+            size,
+            cell: cell as f32,
+            scale: scale as f32,
+            depth: depth as f32,
+            range: range as f32,
+            cells,
+        }
+    }
+
+    /// Interpolated distances at `p`; `None` outside the grid or beyond the stored range.
+    fn at(&self, p: [f32; 3]) -> Option<Near> {
+        let mut index = [0_usize; 3];
+        let mut fraction = [0.0_f32; 3];
+        for k in 0..3 {
+            let x = (p[k] - self.low[k]) / self.cell;
+            if !(x >= 0.0 && x < (self.size[k] - 1) as f32) {
+                return None;
+            }
+            index[k] = x as usize;
+            fraction[k] = x - index[k] as f32;
+        }
+        let base = (index[0] * self.size[1] + index[1]) * self.size[2] + index[2];
+        let strides = [self.size[1] * self.size[2], self.size[2], 1];
+        // Within a cell the distance changes by less than its diagonal: far cells need no more.
+        let decode = |code: u8| f32::from(code) / self.scale - self.depth;
+        if decode(self.cells[base][0]) > self.range - 2.0 * self.cell {
+            return None;
+        }
+        let (mut distance, mut other) = (0.0, 0.0);
+        let mut nearest = (f32::MIN, u8::MAX);
+        for corner in 0..8 {
+            let (mut weight, mut at) = (1.0, base);
+            for k in 0..3 {
+                if corner >> k & 1 == 1 {
+                    weight *= fraction[k];
+                    at += strides[k];
+                } else {
+                    weight *= 1.0 - fraction[k];
+                }
+            }
+            let c = self.cells[at];
+            distance += weight * decode(c[0]);
+            other += weight * decode(c[2]);
+            if weight > nearest.0 {
+                nearest = (weight, c[1]);
+            }
+        }
+        Some(Near {
+            distance,
+            tooth: nearest.1,
+            other,
+        })
+    }
+}

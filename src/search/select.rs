@@ -1,0 +1,197 @@
+//! Choosing K mutually compatible bands with the largest min Q: local search from many random starts,
+//! then a genetic algorithm over the local optima (crossover of two, repaired by local search).
+//!
+//! Compatibility of each pair of bands is tested once, before.
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::candidates::{Candidate, Workshop};
+use crate::closure::{Wrench, measure_above};
+
+/// Candidates with their compatibility.
+pub struct Pool<'a> {
+    workshop: &'a Workshop,
+    candidates: &'a [Candidate],
+    compatible: Vec<Vec<bool>>,
+    phases: Vec<usize>,
+}
+
+/// K compatible bands (indices into the pool, ascending) and their min Q.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Indices of the bands.
+    pub bands: Vec<usize>,
+    /// Smallest Q over the sampled phases.
+    pub q: f64,
+}
+
+/// Smallest Q over `phases`, or any value ≤ `floor` once it cannot exceed `floor`.
+pub fn min_q(wrenches: &[&[Wrench]], phases: &[usize], dof: usize, floor: f64) -> f64 {
+    let mut q = f64::INFINITY;
+    let mut set = Vec::with_capacity(wrenches.len());
+    for &phase in phases {
+        set.clear();
+        set.extend(wrenches.iter().map(|w| w[phase]));
+        q = q.min(measure_above(&set, dof, floor));
+        if q <= floor {
+            return q;
+        }
+    }
+    q
+}
+
+impl<'a> Pool<'a> {
+    /// Pool of `candidates`.
+    pub fn new(workshop: &'a Workshop, candidates: &'a [Candidate]) -> Pool<'a> {
+        let n = candidates.len();
+        let scene = &workshop.scene;
+        let lower: Vec<Vec<bool>> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                (0..i)
+                    .map(|j| scene.compatible(&candidates[i].swept, &candidates[j].swept))
+                    .collect()
+            })
+            .collect();
+        let compatible = (0..n)
+            .map(|i| {
+                (0..n)
+                    .map(|j| i != j && lower[i.max(j)][i.min(j)])
+                    .collect()
+            })
+            .collect();
+        let count = candidates.first().map_or(0, |c| c.wrenches.len());
+        Pool {
+            workshop,
+            candidates,
+            compatible,
+            phases: spread(count),
+        }
+    }
+
+    fn q(&self, bands: &[usize], floor: f64) -> f64 {
+        let wrenches: Vec<&[Wrench]> = bands
+            .iter()
+            .map(|&i| self.candidates[i].wrenches.as_slice())
+            .collect();
+        min_q(&wrenches, &self.phases, self.workshop.class.dof(), floor)
+    }
+
+    /// K random compatible bands, beginning with `seeds` as far as they are compatible.
+    fn random(&self, rng: &mut impl Rng, k: usize, seeds: &[usize]) -> Option<Vec<usize>> {
+        for _ in 0..20 {
+            let mut bands: Vec<usize> = Vec::with_capacity(k);
+            for &s in seeds {
+                if bands.iter().all(|&b| self.compatible[b][s]) {
+                    bands.push(s);
+                }
+            }
+            while bands.len() < k {
+                let free: Vec<usize> = (0..self.candidates.len())
+                    .filter(|&i| bands.iter().all(|&b| self.compatible[b][i]))
+                    .collect();
+                if free.is_empty() {
+                    break;
+                }
+                bands.push(free[rng.random_range(0..free.len())]);
+            }
+            if bands.len() == k {
+                return Some(bands);
+            }
+        }
+        None
+    }
+
+    /// Swaps single bands for better ones until none is.
+    fn climb(&self, rng: &mut impl Rng, mut bands: Vec<usize>) -> Choice {
+        let mut q = self.q(&bands, f64::NEG_INFINITY);
+        let n = self.candidates.len();
+        let mut idle = 0;
+        let mut slot = rng.random_range(0..bands.len());
+        while idle < bands.len() {
+            slot = (slot + 1) % bands.len();
+            let mut best = None;
+            let mut trial = bands.clone();
+            for i in 0..n {
+                trial[slot] = i;
+                let better = self.q(&trial, q);
+                if better > q
+                    && bands
+                        .iter()
+                        .enumerate()
+                        .all(|(s, &b)| s == slot || self.compatible[b][i])
+                {
+                    q = better;
+                    best = Some(i);
+                }
+            }
+            match best {
+                Some(i) => {
+                    bands[slot] = i;
+                    idle = 0;
+                }
+                None => idle += 1,
+            }
+        }
+        bands.sort_unstable();
+        Choice { bands, q }
+    }
+
+    /// Best choices of `k` bands, best first, no two alike; `starts` local searches and as many
+    /// crossovers. Empty when no `k` compatible bands were found.
+    pub fn best(&self, seed: u64, k: usize, starts: usize) -> Vec<Choice> {
+        if self.candidates.len() < k {
+            return Vec::new();
+        }
+        let run = |task: usize, parents: Option<(&Choice, &Choice)>| -> Option<Choice> {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream((1 << 40) + ((k as u64) << 32) + task as u64);
+            let seeds = parents.map_or(Vec::new(), |(a, b)| {
+                let cut = rng.random_range(1..k);
+                a.bands[..cut]
+                    .iter()
+                    .chain(&b.bands[cut..])
+                    .copied()
+                    .collect()
+            });
+            let start = self.random(&mut rng, k, &seeds)?;
+            Some(self.climb(&mut rng, start))
+        };
+        let mut choices: Vec<Choice> = (0..starts)
+            .into_par_iter()
+            .filter_map(|i| run(i, None))
+            .collect();
+        rank(&mut choices);
+        for generation in 0..4 {
+            let elite: Vec<Choice> = choices.iter().take(12).cloned().collect();
+            if elite.len() < 2 || k < 2 {
+                break;
+            }
+            let children: Vec<Choice> = (0..starts / 4)
+                .into_par_iter()
+                .filter_map(|i| {
+                    let a = &elite[i % elite.len()];
+                    let b = &elite[(i / elite.len() + i + 1) % elite.len()];
+                    run(starts + generation * starts + i, Some((a, b)))
+                })
+                .collect();
+            choices.extend(children);
+            rank(&mut choices);
+        }
+        choices
+    }
+}
+
+fn rank(choices: &mut Vec<Choice>) {
+    choices.sort_by(|a, b| b.q.total_cmp(&a.q).then_with(|| a.bands.cmp(&b.bands)));
+    choices.dedup();
+}
+
+/// All of 0..count, far ones first, so that a bad set is found out early.
+fn spread(count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by_key(|i| (i * 7919) % count.max(1));
+    order
+}
