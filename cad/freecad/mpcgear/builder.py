@@ -325,6 +325,7 @@ class BodyBuilder:
     def build(self, body):
         """The App::Part of `body`; its object `<Name>Solid` is the finished solid."""
         self.name = body["name"].capitalize()
+        self.colour = COLOURS.get(body["name"], (0.8, 0.8, 0.8))
         self.part = self.document.addObject("App::Part", self.name)
         solid = None
         for operation, features in runs(body["features"]):
@@ -336,7 +337,9 @@ class BodyBuilder:
         if teeth:
             solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
         solid.Label = self.name + " solid"
-        self.finish(solid, COLOURS.get(body["name"], (0.8, 0.8, 0.8)))
+        solid.Visibility = True
+        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
+        self.part.Result = solid
         return self.part
 
     def new(self, kind, name, group=None):
@@ -344,6 +347,8 @@ class BodyBuilder:
         made = self.document.addObject(kind, re.sub(r"\W+", "_", name.title()) or "Object")
         (group or self.part).addObject(made)
         made.Visibility = False
+        if App.GuiUp and hasattr(made.ViewObject, "ShapeColor"):
+            made.ViewObject.ShapeColor = self.colour  # booleans take theirs from their inputs
         return made
 
     def combine(self, operation, solid, tools):
@@ -475,14 +480,6 @@ class BodyBuilder:
         made.Sections = links
         made.Solid = True
         return made
-
-    def finish(self, solid, colour):
-        """Marks `solid` as the visible result of the body."""
-        solid.Visibility = True
-        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
-        self.part.Result = solid
-        if App.GuiUp:
-            solid.ViewObject.ShapeColor = colour
 
 
 def runs(features):
