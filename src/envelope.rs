@@ -67,11 +67,23 @@ pub struct Envelope {
     pub ball_joint: Option<BallJoint>,
 }
 
+/// Wall of the follower's hub around its pin, mm.
+const PIN_WALL: f64 = 1.5;
+
+/// Half the height of the arm that holds the socket, mm.
+const ARM: f64 = 3.0;
+
 impl Envelope {
     /// Dimensions for `motion` under `settings`.
     pub fn new(motion: &Motion, settings: &Settings) -> Envelope {
         let reach = Reach::of(motion);
         let (support, fit, hub) = (&settings.support, &settings.fit, &settings.hub);
+        let around_pin = support.pin_radius_mm + fit.joint_play_mm + PIN_WALL;
+        let follower_hub_radius = if motion.class().is_spherical() {
+            hub.follower_radius_mm
+        } else {
+            hub.follower_radius_mm.max(around_pin)
+        };
         let ball_joint = motion.class().is_spherical().then(|| {
             let gap = fit.safety_gap_mm;
             let neck_angle = ((support.neck_radius_mm + gap) / support.ball_radius_mm)
@@ -86,15 +98,15 @@ impl Envelope {
                 opening,
                 ring_radius: support.ball_radius_mm + fit.joint_play_mm + support.socket_wall_mm,
                 ring_half_height,
-                arm_half_height: ring_half_height.min(3.5),
+                arm_half_height: ring_half_height.min(ARM),
                 arm_half_width: support.ball_radius_mm,
-                drum_start: (ring_half_height + gap + hub.follower_radius_mm * sin) / cos,
+                drum_start: (ring_half_height + gap + follower_hub_radius * sin) / cos,
             }
         });
         Envelope {
             reach,
             driver_hub_radius: hub.driver_radius_mm,
-            follower_hub_radius: hub.follower_radius_mm,
+            follower_hub_radius,
             ball_joint,
         }
     }

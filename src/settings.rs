@@ -124,9 +124,10 @@ impl Default for Fit {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hub {
-    /// Smallest driver hub radius, mm; grows to what the follower's teeth leave free. Default 7.
+    /// Smallest driver hub radius, mm; grows to what the follower's teeth leave free. Default 5.
     pub driver_radius_mm: f64,
-    /// Smallest follower hub radius, mm; grows to what the driver's teeth leave free. Default 5.5.
+    /// Smallest follower hub radius, mm; grows to what the driver's teeth leave free. Default 4.2;
+    /// around a pin at least 1.5 mm of wall.
     pub follower_radius_mm: f64,
     /// Radius of the driver's shaft journals, mm. Default 4.
     pub journal_radius_mm: f64,
@@ -145,8 +146,8 @@ pub struct Hub {
 impl Default for Hub {
     fn default() -> Self {
         Hub {
-            driver_radius_mm: 7.0,
-            follower_radius_mm: 5.5,
+            driver_radius_mm: 5.0,
+            follower_radius_mm: 4.2,
             journal_radius_mm: 4.0,
             shaft_end_mm: 12.0,
             mount_radius_mm: 8.0,
@@ -177,13 +178,13 @@ impl Default for Spokes {
 pub struct Support {
     /// Thickness of the base plate, mm. Default 6.
     pub plate_mm: f64,
-    /// Radius of the follower's ball (3R, 3R1T), mm. Default 7.
+    /// Radius of the follower's ball (3R, 3R1T), mm. Default 5.5.
     pub ball_radius_mm: f64,
-    /// Radius of the follower's necks beside the ball, mm. Default 4.
+    /// Radius of the follower's necks beside the ball, mm. Default 3.
     pub neck_radius_mm: f64,
-    /// Wall of the socket around the ball, mm. Default 2.5.
+    /// Wall of the socket around the ball, mm. Default 2.
     pub socket_wall_mm: f64,
-    /// Radius of the follower's pin (1R, 1R1T), mm. Default 3.5.
+    /// Radius of the follower's pin (1R, 1R1T), mm. Default 3.
     pub pin_radius_mm: f64,
     /// Screw size of the frame, clearance-hole diameter, mm. Default 3.4 (M3).
     pub screw_hole_diameter_mm: f64,
@@ -193,10 +194,10 @@ impl Default for Support {
     fn default() -> Self {
         Support {
             plate_mm: 6.0,
-            ball_radius_mm: 7.0,
-            neck_radius_mm: 4.0,
-            socket_wall_mm: 2.5,
-            pin_radius_mm: 3.5,
+            ball_radius_mm: 5.5,
+            neck_radius_mm: 3.0,
+            socket_wall_mm: 2.0,
+            pin_radius_mm: 3.0,
             screw_hole_diameter_mm: 3.4,
         }
     }

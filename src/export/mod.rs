@@ -1,9 +1,103 @@
-//! Files made from a design.
+//! From a design and its solids to files: meshes, scripts, tables, the parts list.
+//!
+//! Everything is rendered in memory first ([`files`]), then written at once ([`folder::publish`]),
+//! so that files appear whole or not at all.
 
 pub mod chart;
 mod compact;
 pub mod compare;
 pub mod curves;
 pub mod figures;
+pub mod folder;
+pub mod freecad;
+pub mod openscad;
+pub mod parts;
 pub mod picture;
 pub mod report;
+mod scad_bed;
+mod scad_csg;
+mod scad_teeth;
+pub mod stl;
+pub mod tables;
+pub mod threemf;
+
+use std::path::PathBuf;
+
+use crate::Result;
+use crate::design::Design;
+use crate::motion::Motion;
+use crate::solid::Solids;
+use tables::Summary;
+
+/// Everything that files are made from.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a> {
+    /// The design, with its recipe.
+    pub design: &'a Design,
+    /// Evaluator of `design.motion`.
+    pub motion: &'a Motion,
+    /// The built bodies and pieces; `None` for a draft that could not be built.
+    pub solids: Option<&'a Solids>,
+}
+
+/// One file of an output folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Path below the folder.
+    pub path: PathBuf,
+    /// Contents.
+    pub bytes: Vec<u8>,
+}
+
+impl File {
+    /// A file from anything that turns into bytes.
+    pub fn new(path: impl Into<PathBuf>, bytes: impl Into<Vec<u8>>) -> File {
+        File {
+            path: path.into(),
+            bytes: bytes.into(),
+        }
+    }
+}
+
+/// All files of the output folder that `mpcgear design` writes. Without solids (an infeasible
+/// draft) only `design.json`, `summary.json` and `poses.csv` are made.
+///
+/// # Errors
+/// [`crate::Error::Internal`] when a template or an encoder fails.
+pub fn files(source: &Source, summary: &Summary) -> Result<Vec<File>> {
+    let mut files = vec![
+        File::new("design.json", tables::design_json(source.design)?),
+        File::new("summary.json", tables::summary_json(summary)?),
+        File::new("poses.csv", tables::poses_csv(source.motion)?),
+    ];
+    let Some(solids) = source.solids else {
+        return Ok(files);
+    };
+    for body in &solids.bodies {
+        let l = source.design.settings.gear.center_distance_mm;
+        let pose = body.carrier.pose(source.motion, l, 0.0);
+        let mesh = body.mesh.moved(&pose);
+        files.push(File::new(
+            format!("meshes/{}.stl", body.name),
+            stl::binary(&mesh)?,
+        ));
+    }
+    files.push(File::new(
+        "meshes/assembly.3mf",
+        threemf::assembly(source.design, source.motion, solids)?,
+    ));
+    for piece in &solids.pieces {
+        files.push(File::new(
+            format!("print/{}.stl", piece.name),
+            stl::binary(&piece.mesh)?,
+        ));
+    }
+    for script in openscad::scripts(source, &solids.recipe)? {
+        files.push(File::new(format!("openscad/{}", script.name), script.text));
+    }
+    files.push(File::new(
+        "parts.md",
+        parts::markdown(source.design, solids)?,
+    ));
+    Ok(files)
+}

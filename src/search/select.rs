@@ -1,10 +1,7 @@
 //! Choosing K mutually compatible bands with the largest min Q: local search from many random starts,
 //! then a genetic algorithm over the local optima (crossover of two, repaired by local search).
 //!
-//! Q is cheap and compatibility is not, so a swap is tested for Q first and for collisions only when
-//! it would be an improvement; each pair is tested once.
-
-use std::sync::atomic::{AtomicU8, Ordering};
+//! Compatibility of each pair of bands is tested once, before.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,11 +10,11 @@ use rayon::prelude::*;
 use super::candidates::{Candidate, Workshop};
 use crate::closure::{Wrench, measure_above};
 
-/// Candidates with their compatibility, filled in as it is asked for.
+/// Candidates with their compatibility.
 pub struct Pool<'a> {
     workshop: &'a Workshop,
     candidates: &'a [Candidate],
-    known: Vec<AtomicU8>,
+    compatible: Vec<Vec<bool>>,
     phases: Vec<usize>,
 }
 
@@ -49,31 +46,28 @@ impl<'a> Pool<'a> {
     /// Pool of `candidates`.
     pub fn new(workshop: &'a Workshop, candidates: &'a [Candidate]) -> Pool<'a> {
         let n = candidates.len();
+        let scene = &workshop.scene;
+        let lower: Vec<Vec<bool>> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                (0..i)
+                    .map(|j| scene.compatible(&candidates[i].swept, &candidates[j].swept))
+                    .collect()
+            })
+            .collect();
+        let compatible = (0..n)
+            .map(|i| {
+                (0..n)
+                    .map(|j| i != j && lower[i.max(j)][i.min(j)])
+                    .collect()
+            })
+            .collect();
         let count = candidates.first().map_or(0, |c| c.wrenches.len());
         Pool {
             workshop,
             candidates,
-            known: (0..n * n).map(|_| AtomicU8::new(0)).collect(),
+            compatible,
             phases: spread(count),
-        }
-    }
-
-    fn compatible(&self, a: usize, b: usize) -> bool {
-        let (a, b) = (a.min(b), a.max(b));
-        if a == b {
-            return false;
-        }
-        let slot = &self.known[a * self.candidates.len() + b];
-        match slot.load(Ordering::Relaxed) {
-            0 => {
-                let ok = self
-                    .workshop
-                    .scene
-                    .compatible(&self.candidates[a].swept, &self.candidates[b].swept);
-                slot.store(1 + u8::from(ok), Ordering::Relaxed);
-                ok
-            }
-            known => known == 2,
         }
     }
 
@@ -87,23 +81,25 @@ impl<'a> Pool<'a> {
 
     /// K random compatible bands, beginning with `seeds` as far as they are compatible.
     fn random(&self, rng: &mut impl Rng, k: usize, seeds: &[usize]) -> Option<Vec<usize>> {
-        let n = self.candidates.len();
-        'start: for _ in 0..20 {
+        for _ in 0..20 {
             let mut bands: Vec<usize> = Vec::with_capacity(k);
             for &s in seeds {
-                if bands.iter().all(|&b| self.compatible(b, s)) {
+                if bands.iter().all(|&b| self.compatible[b][s]) {
                     bands.push(s);
                 }
             }
             while bands.len() < k {
-                let fits = |i: &usize| bands.iter().all(|&b| self.compatible(b, *i));
-                match (0..60).map(|_| rng.random_range(0..n)).find(fits) {
-                    Some(i) => bands.push(i),
-                    None => continue 'start,
+                let free: Vec<usize> = (0..self.candidates.len())
+                    .filter(|&i| bands.iter().all(|&b| self.compatible[b][i]))
+                    .collect();
+                if free.is_empty() {
+                    break;
                 }
+                bands.push(free[rng.random_range(0..free.len())]);
             }
-            bands.truncate(k);
-            return Some(bands);
+            if bands.len() == k {
+                return Some(bands);
+            }
         }
         None
     }
@@ -125,7 +121,7 @@ impl<'a> Pool<'a> {
                     && bands
                         .iter()
                         .enumerate()
-                        .all(|(s, &b)| s == slot || self.compatible(b, i))
+                        .all(|(s, &b)| s == slot || self.compatible[b][i])
                 {
                     q = better;
                     best = Some(i);

@@ -1,7 +1,7 @@
 //! Designs without an optimiser: helical teeth that roll on the pitch line of a uniform motion.
 
 use mpcgear::design::{Design, FORMAT, Section, Station, SubGearPair, ToothPair};
-use mpcgear::motion::{Class, Motion, MotionSource, MotionState};
+use mpcgear::motion::{Class, Motion, MotionFile, MotionSource, MotionState};
 use mpcgear::settings::Settings;
 use mpcgear::solid::recipe::Recipe;
 use nalgebra::Vector3;
@@ -14,31 +14,39 @@ const PRESSURE_ANGLE: f64 = 0.5;
 
 /// Uniform design with the usual bands of a class.
 pub fn uniform(class: Class) -> (Design, Motion) {
+    let source = MotionSource::Uniform {};
+    let motion = Motion::new(class, &source).expect("uniform motion fits every class");
+    (with_motion(class, source, &motion), motion)
+}
+
+/// The usual bands under the motion of one of the examples. Where it tilts or slides the teeth are
+/// not conjugate: only their places and sizes are those of real ones.
+pub fn example(name: &str) -> (Design, Motion) {
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("examples/{name}.toml"));
+    let (file, motion) = MotionFile::read(&path).expect("examples are sound");
+    (with_motion(file.class, file.source, &motion), motion)
+}
+
+fn with_motion(class: Class, source: MotionSource, motion: &Motion) -> Design {
     let bands: &[Band] = match class {
         Class::R1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0)],
         Class::R1T1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0), (22.0, 7.0, -1.0)],
         Class::R3 => &[
-            (12.0, 7.0, 1.0),
-            (23.0, -7.0, 1.0),
-            (-12.0, -7.0, -1.0),
-            (-23.0, 7.0, -1.0),
+            (14.0, 7.0, 1.0),
+            (25.0, -7.0, 1.0),
+            (-14.0, -7.0, -1.0),
+            (-25.0, 7.0, -1.0),
         ],
         Class::R3T1 => &[
-            (12.0, 7.0, 1.0),
-            (23.0, -7.0, 1.0),
-            (34.0, 7.0, -1.0),
-            (-12.0, -7.0, -1.0),
-            (-23.0, 7.0, -1.0),
+            (14.0, 7.0, 1.0),
+            (25.0, -7.0, 1.0),
+            (36.0, 7.0, -1.0),
+            (-14.0, -7.0, -1.0),
+            (-25.0, 7.0, -1.0),
         ],
     };
-    with_bands(class, bands)
-}
-
-/// Uniform design with the given bands.
-pub fn with_bands(class: Class, bands: &[Band]) -> (Design, Motion) {
     let settings = Settings::default();
-    let source = MotionSource::Uniform {};
-    let motion = Motion::new(class, &source).expect("uniform motion fits every class");
     let gear = &settings.gear;
     let section = Section {
         thickness: gear.tooth_thickness_mm,
@@ -53,14 +61,14 @@ pub fn with_bands(class: Class, bands: &[Band]) -> (Design, Motion) {
         .map(|&band| SubGearPair {
             parameters: Vec::new(),
             teeth: (0..gear.teeth)
-                .map(|j| tooth(&motion, &settings, band, j))
+                .map(|j| tooth(motion, &settings, band, j))
                 .collect(),
         })
         .collect();
-    let design = Design {
+    Design {
         format: FORMAT,
         generator: "test".into(),
-        name: format!("uniform {class}"),
+        name: format!("synthetic {class}"),
         class,
         settings,
         motion: source,
@@ -69,8 +77,7 @@ pub fn with_bands(class: Class, bands: &[Band]) -> (Design, Motion) {
         recipe: Recipe::default(),
         closure: Vec::new(),
         problems: Vec::new(),
-    };
-    (design, motion)
+    }
 }
 
 fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usize) -> ToothPair {
@@ -88,7 +95,7 @@ fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usiz
             let velocity = Vector3::new(0.0, 0.0, rise);
             let [t1, t2] = [driver, follower].map(|s| (velocity - s.velocity(p)).normalize());
             let across = side * Vector3::x().cross(&t2);
-            let n = PRESSURE_ANGLE.sin() * Vector3::x() + PRESSURE_ANGLE.cos() * across;
+            let n = PRESSURE_ANGLE.sin() * Vector3::x() + PRESSURE_ANGLE.cos() * across.normalize();
             let into = |s: &MotionState, v: Vector3<f64>| s.pose.rotation.transpose() * v;
             Station {
                 phi,

@@ -1,0 +1,1 @@
+"""FreeCAD add-on of mpcgear: gear mechanisms from a design.json."""

@@ -1,0 +1,593 @@
+# --- The tree: parameters, sections, teeth, hubs, joints, one App::Part per body ----------------
+# Everything is built of plain Spreadsheet, Sketcher and Part objects, so that the document
+# recomputes wherever FreeCAD runs, with nothing of mpcgear installed. Lengths are mm.
+
+import ast
+import math
+import re
+
+import FreeCAD as App
+import Part
+import Sketcher
+
+COLOURS = {
+    "driver": (0.25, 0.45, 0.70),
+    "follower": (0.90, 0.55, 0.15),
+    "support": (0.72, 0.74, 0.76),
+    "slider": (0.45, 0.65, 0.40),
+}
+
+# (alias and key in the design's section, words, what a change does)
+SECTION_ROWS = [
+    ("thickness", "Tooth thickness along the contact normal",
+     "changes the gap behind the tooth: run 'Check clearance here' after it"),
+    ("flank_radius", "Radius of the flank at the contact",
+     "BREAKS CONJUGATION when larger: flanks may meet beside the contact; "
+     "a round tip (tip = radius = thickness / 2) follows the thickness instead"),
+    ("tip", "Tooth height beyond the contact point",
+     "a lower tip is harmless; drives the section only where the tip is flat"),
+    ("root", "Depth of the section behind the contact point",
+     "harmless while the rib still covers it"),
+    ("clearance", "Gap between the flanks at the contact, half of it on each gear",
+     "zero is the exact contact; more is play"),
+    ("rib", "Thickness of the rib between tooth and hub", "harmless while thinner than the tooth"),
+]
+
+SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
+SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
+
+
+def vector(values):
+    """A FreeCAD vector from three numbers."""
+    return App.Vector(*values)
+
+
+def build(document, design):
+    """Fills `document` with the mechanism of `design` (the content of design.json)."""
+    parameters = build_parameters(document, design)
+    build_poses(document, design)
+    sections = build_sections(document, design)
+    parts = []
+    for body in design["recipe"]["bodies"]:
+        parts.append(BodyBuilder(document, design, parameters, sections).build(body))
+    build_datums(document, design)
+    phi, pose = follower_poses(design)[0]
+    place(document, design["settings"]["gear"]["center_distance_mm"], phi, pose)
+    document.recompute()
+    return parts
+
+
+# --- Parameters ----------------------------------------------------------------------------------
+
+
+def build_parameters(document, design):
+    """The spreadsheets `Params` (hubs, joints, support) and `ToothParams` (the section), one aliased
+    row per parameter; returns the set of aliases of `Params`. The teeth have a sheet of their own
+    because FreeCAD recomputes all that hangs on a sheet when one cell changes."""
+    sheet, group = new_sheet(document, "Params"), None
+    row = 2
+    for parameter in design["recipe"]["parameters"]:
+        if parameter["group"] != group:
+            group = parameter["group"]
+            sheet.set("A%d" % row, group)
+            sheet.setStyle("A%d" % row, "bold", "add")
+            row += 1
+        limits = (parameter["min"], parameter["max"])
+        write_parameter(sheet, row, parameter["name"], parameter["value"], limits,
+                        parameter["description"])
+        row += 1
+    sheet = new_sheet(document, "ToothParams")
+    for row, (alias, words, warning) in enumerate(SECTION_ROWS, 2):
+        value = design["section"][alias]
+        limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
+        write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
+    sheet.set("A%d" % (len(SECTION_ROWS) + 3), "The curves of the teeth are the result of the "
+              "search and do not change here: run mpcgear again for another motion.")
+    document.recompute()
+    return {p["name"] for p in design["recipe"]["parameters"]}
+
+
+def new_sheet(document, name):
+    """A spreadsheet with the head of a parameter table."""
+    sheet = document.addObject("Spreadsheet::Sheet", name)
+    titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning"]
+    for column, title, width in zip("ABCDEF", titles, [190, 80, 80, 80, 110, 520]):
+        sheet.set(column + "1", title)
+        sheet.setColumnWidth(column, width)
+    sheet.setStyle("A1:F1", "bold", "add")
+    return sheet
+
+
+def write_parameter(sheet, row, alias, value, limits, words):
+    """One row: name, value, limits, a check that speaks up, meaning."""
+    sheet.set("A%d" % row, alias)
+    sheet.set("B%d" % row, "=%s mm" % number(value))
+    sheet.setAlias("B%d" % row, alias)
+    sheet.set("C%d" % row, "=%s mm" % number(limits[0]))
+    sheet.set("D%d" % row, "=%s mm" % number(limits[1]))
+    sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : (B{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
+              .format(row))
+    sheet.set("F%d" % row, words)
+
+
+def number(value):
+    """A number as FreeCAD's expressions read it back."""
+    text = "%.9f" % value
+    return text.rstrip("0").rstrip(".") if float(text) else "0"
+
+
+class Expression:
+    """A recipe expression as a FreeCAD expression: names become `Params.name`, and plain numbers
+    that are added to lengths or stand alone get their millimetres."""
+
+    OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+
+    def __init__(self, parameters):
+        self.parameters = parameters
+
+    def length(self, text):
+        """FreeCAD expression with the dimension of a length."""
+        return self.coerce(self.convert(ast.parse(text.strip(), mode="eval").body, text), 1)[0]
+
+    def coerce(self, term, power):
+        """The (expression, power of mm) `term` brought to mm^`power`."""
+        words, present = term
+        for _ in range(abs(power - present)):
+            words = "(%s) %s 1 mm" % (words, "*" if power > present else "/")
+        return words, power
+
+    def convert(self, node, text):
+        """(FreeCAD expression, power of mm) of a syntax node."""
+        if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+            return number(node.value), 0
+        if isinstance(node, ast.Name) and node.id in self.parameters:
+            return "Params." + node.id, 1
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
+            words, power = self.convert(node.operand, text)
+            return ("-(%s)" % words if isinstance(node.op, ast.USub) else words), power
+        if isinstance(node, ast.BinOp) and type(node.op) in self.OPERATORS:
+            left, right = self.convert(node.left, text), self.convert(node.right, text)
+            sign = self.OPERATORS[type(node.op)]
+            if sign in "+-":
+                power = max(left[1], right[1])
+                left, right = self.coerce(left, power), self.coerce(right, power)
+            else:
+                power = left[1] + right[1] if sign == "*" else left[1] - right[1]
+            return "(%s %s %s)" % (left[0], sign, right[0]), power
+        raise ValueError("expression '%s': only numbers, parameter names, + - * / and parentheses "
+                         "are understood" % text)
+
+
+# --- Cross sections ------------------------------------------------------------------------------
+
+
+def build_sections(document, design):
+    """Sketches of the tooth and of the rib; every station of every tooth links to them."""
+    group = document.addObject("App::DocumentObjectGroup", "Sections")
+    tooth, rib = tooth_section(document, design["section"]), rib_section(document, design["section"])
+    for sketch in (tooth, rib):
+        group.addObject(sketch)
+        sketch.Visibility = False
+    return tooth, rib
+
+
+def constrain(sketch, name, expression, *arguments):
+    """Adds a named constraint that follows `expression`."""
+    index = sketch.addConstraint(Sketcher.Constraint(*arguments))
+    sketch.renameConstraint(index, name)
+    sketch.setExpression("Constraints." + name, expression)
+
+
+def tooth_section(document, section):
+    """Bead and neck in (x = n into the material, y = b outwards): flank arcs around the contact
+    height, cut off at the tip, on a neck of the rib's thickness that reaches down to the root."""
+    sketch = document.addObject("Sketcher::SketchObject", "ToothSection")
+    radius = min(section["flank_radius"], section["thickness"] / 2)
+    middle = section["clearance"] / 2 + section["thickness"] / 2
+    half = min(section["rib"], section["thickness"]) / 2
+    inset = section["thickness"] / 2 - radius  # arc centres are this far from the middle
+    reach = min(max((half - inset) / radius, 0.0), 1.0)
+    low = math.acos(reach)
+    high = math.asin(min(section["tip"] / radius, 1.0))
+    if section["root"] <= radius * math.sin(low):
+        raise ValueError("section: the root %.3f mm does not reach below the flank"
+                         % section["root"])
+    corner = radius * math.sin(low)
+    shoulder = inset + radius * math.cos(low)
+    flat = inset + radius * math.cos(high)
+    round_tip = flat < SHORTEST_EDGE
+    left = [App.Vector(middle - x, y, 0) for x, y in
+            ((half, -section["root"]), (shoulder, -corner), (flat, radius * math.sin(high)))]
+    right = [App.Vector(2 * middle - p.x, p.y, 0) for p in left]
+
+    def arc(centre, start, end):
+        circle = Part.Circle(App.Vector(centre, 0, 0), App.Vector(0, 0, 1), radius)
+        return Part.ArcOfCircle(circle, start, end)
+
+    # Edges run counter-clockwise from the bottom: bottom, right neck, flanks and tip, left neck.
+    edges = [Part.LineSegment(left[0], right[0]), Part.LineSegment(right[0], right[1])]
+    if round_tip:
+        edges += [arc(middle, -low, math.pi + low)]
+    else:
+        edges += [arc(middle + inset, -low, high), Part.LineSegment(right[2], left[2]),
+                  arc(middle - inset, math.pi - high, math.pi + low)]
+    edges += [Part.LineSegment(left[1], left[0])]
+    sketch.addGeometry(edges)
+    last = len(edges) - 1
+    # (edge, end) pairs that meet; an arc's ends are 1 = start, 2 = end, 3 = centre.
+    for edge in range(len(edges)):
+        sketch.addConstraint(
+            Sketcher.Constraint("Coincident", edge, 2, (edge + 1) % len(edges), 1))
+    sketch.addConstraint(Sketcher.Constraint("Horizontal", 0))
+    sketch.addConstraint(Sketcher.Constraint("Vertical", 1))
+    sketch.addConstraint(Sketcher.Constraint("Vertical", last))
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 2, 3, -1))
+    thickness, clearance = "ToothParams.thickness", "ToothParams.clearance"
+    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+    constrain(sketch, "root", "ToothParams.root", "DistanceY", 0, 1, -1, 1, section["root"])
+    constrain(sketch, "neck", "%s / 2 + %s / 2 - ToothParams.rib / 2" % (clearance, thickness),
+              "DistanceX", -1, 1, 0, 1, middle - half)
+    if round_tip:
+        constrain(sketch, "flank", thickness + " / 2", "Radius", 2, radius)
+        constrain(sketch, "middle", "%s / 2 + %s / 2" % (clearance, thickness),
+                  "DistanceX", -1, 1, 2, 3, middle)
+        return sketch
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 4, 3, -1))
+    sketch.addConstraint(Sketcher.Constraint("Horizontal", 3))
+    sketch.addConstraint(Sketcher.Constraint("Equal", 2, 4))
+    constrain(sketch, "flank", "ToothParams.flank_radius", "Radius", 4, radius)
+    constrain(sketch, "left_centre", "%s / 2 + ToothParams.flank_radius" % clearance,
+              "DistanceX", -1, 1, 4, 3, middle - inset)
+    constrain(sketch, "right_centre",
+              "%s / 2 + %s - ToothParams.flank_radius" % (clearance, thickness),
+              "DistanceX", -1, 1, 2, 3, middle + inset)
+    constrain(sketch, "tip", "ToothParams.tip", "DistanceY", -1, 1, 4, 1, section["tip"])
+    return sketch
+
+
+def rib_section(document, section):
+    """Rectangle across the rib, 1 mm long; every station stretches its link to the rib's length."""
+    sketch = document.addObject("Sketcher::SketchObject", "RibSection")
+    half = section["rib"] / 2
+    corners = [App.Vector(x, y, 0) for x, y in ((-half, -1), (half, -1), (half, 0), (-half, 0))]
+    sketch.addGeometry([Part.LineSegment(corners[i], corners[(i + 1) % 4]) for i in range(4)])
+    for edge in range(4):
+        sketch.addConstraint(Sketcher.Constraint("Coincident", edge, 2, (edge + 1) % 4, 1))
+        direction = "Horizontal" if edge % 2 == 0 else "Vertical"
+        sketch.addConstraint(Sketcher.Constraint(direction, edge))
+    sketch.addConstraint(Sketcher.Constraint("Symmetric", 2, 1, 2, 2, -1, 1))
+    sketch.addConstraint(Sketcher.Constraint("DistanceY", 1, 1, 1, 2, 1.0))
+    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+    return sketch
+
+
+# --- Teeth ---------------------------------------------------------------------------------------
+
+
+class Frame:
+    """Where the section stands at one contact station, in the gear's own frame."""
+
+    def __init__(self, station, digit):
+        self.p = vector(station["p" + digit])
+        self.n = vector(station["n" + digit])
+        self.t = vector(station["t" + digit])
+        self.b = self.t.cross(self.n).normalize()
+
+    def placement(self):
+        """Sketch x = n, y = b."""
+        return App.Placement(self.p, App.Rotation(self.n, self.b, self.n.cross(self.b), "XYZ"))
+
+
+def frames(tooth, digit, axis):
+    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it)."""
+    result = [Frame(station, digit) for station in tooth["stations"]]
+    outwards = sum((f.p - axis).x * f.b.x + (f.p - axis).y * f.b.y for f in result)
+    if outwards < 0:
+        for frame in result:
+            frame.b = frame.b * -1
+    return result
+
+
+def rib_lines(along, section, axis, foot):
+    """(placement, length) of the rib's rectangle at every frame: from the bead's middle straight
+    towards the hub's axis, ending `foot` from it, or nearer where the tooth itself is."""
+    lines = []
+    for frame in along:
+        outer = frame.p + frame.n * (0.5 * (section["clearance"] + section["thickness"]))
+        radial = App.Vector(outer.x - axis.x, outer.y - axis.y, 0)
+        distance = radial.Length
+        radial.normalize()
+        across = frame.t.cross(radial).normalize()
+        turned = App.Rotation(across, radial, across.cross(radial), "XYZ")
+        lines.append((App.Placement(outer, turned), distance))
+    foot = min([foot] + [SHORTEST_RIB * distance for _, distance in lines])
+    return [(placement, distance - foot) for placement, distance in lines]
+
+
+# --- Bodies --------------------------------------------------------------------------------------
+
+
+class BodyBuilder:
+    """Builds one body of the recipe as an App::Part of plain Part objects."""
+
+    def __init__(self, document, design, parameters, sections):
+        self.document = document
+        self.design = design
+        self.expression = Expression(parameters)
+        self.tooth_section, self.rib_section = sections
+
+    def build(self, body):
+        """The App::Part of `body`; its object `<Name>Solid` is the finished solid."""
+        self.name = body["name"].capitalize()
+        self.part = self.document.addObject("App::Part", self.name)
+        solid = None
+        for operation, features in runs(body["features"]):
+            group = self.part.newObject("App::DocumentObjectGroup", self.name + operation)
+            group.Label = "%s: %s" % (self.name, {"add": "added", "cut": "cut", "keep": "kept"}[operation])
+            made = [self.primitive(feature, group) for feature in features]
+            solid = self.combine(operation, solid, made)
+        teeth = self.teeth(body["teeth"]) if body.get("teeth") else []
+        if teeth:
+            solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
+        solid.Label = self.name + " solid"
+        self.finish(solid, COLOURS.get(body["name"], (0.8, 0.8, 0.8)))
+        return self.part
+
+    def new(self, kind, name, group=None):
+        """A new hidden object in the part (and in `group`)."""
+        made = self.document.addObject(kind, re.sub(r"\W+", "_", name.title()) or "Object")
+        (group or self.part).addObject(made)
+        made.Visibility = False
+        return made
+
+    def combine(self, operation, solid, tools):
+        """`solid` with all `tools` added, cut away, or kept in common."""
+        if operation == "add":
+            shapes = ([solid] if solid else []) + tools
+            if len(shapes) == 1:
+                return shapes[0]
+            return self.boolean("MultiFuse", self.name + "Union", Shapes=shapes)
+        if operation == "keep":
+            for tool in tools:
+                solid = self.boolean("MultiCommon", self.name + "Common", Shapes=[solid, tool])
+            return solid
+        tool = tools[0]
+        if len(tools) > 1:
+            tool = self.boolean("MultiFuse", self.name + "Cutters", Shapes=tools)
+        return self.boolean("Cut", self.name + "Cut", Base=solid, Tool=tool)
+
+    def boolean(self, kind, name, **inputs):
+        """A boolean feature with its inputs."""
+        made = self.new("Part::" + kind, name)
+        for key, value in inputs.items():
+            setattr(made, key, value)
+        return made
+
+    def primitive(self, feature, group):
+        """One recipe feature as a parametric Part primitive."""
+        (kind, shape), = feature["shape"].items()
+        made = getattr(self, kind)(feature["name"], shape, group)
+        made.Label = "%s %s" % (self.name, feature["name"])
+        return made
+
+    def follow(self, made, key, text):
+        """Lets a property of `made` follow a recipe expression. Constants are set instead: FreeCAD
+        0.20 skips constant expressions of a primitive at times."""
+        expression = self.expression.length(text)
+        if "Params." in expression:
+            made.setExpression(key, expression)
+            return
+        value = made.evalExpression(expression)
+        if key.startswith("Placement.Base."):
+            base = made.Placement.Base
+            setattr(base, key[-1], value.Value)
+            made.Placement.Base = base
+        else:
+            setattr(made, key, value)
+
+    def stand(self, made, base, axis=(0, 0, 1)):
+        """Puts `made` at `base` with its z along `axis`: turned about y, then about z."""
+        axis = vector(axis).normalize()
+        polar = math.degrees(math.acos(max(-1.0, min(1.0, axis.z))))
+        azimuth = math.degrees(math.atan2(axis.y, axis.x))
+        made.Placement.Rotation = App.Rotation(App.Vector(0, 0, 1), azimuth).multiply(
+            App.Rotation(App.Vector(0, 1, 0), polar))
+        for coordinate, text in zip("xyz", base):
+            self.follow(made, "Placement.Base." + coordinate, text)
+
+    def cone(self, name, shape, group):
+        """Part::Cylinder where both radii are the same expression, else Part::Cone."""
+        if shape["r0"] == shape["r1"]:
+            made = self.new("Part::Cylinder", name, group)
+            self.follow(made, "Radius", shape["r0"])
+        else:
+            made = self.new("Part::Cone", name, group)
+            self.follow(made, "Radius1", shape["r0"])
+            self.follow(made, "Radius2", shape["r1"])
+        self.follow(made, "Height", shape["length"])
+        self.stand(made, shape["base"], shape["axis"])
+        return made
+
+    def block(self, name, shape, group):
+        """Part::Box between two corners."""
+        made = self.new("Part::Box", name, group)
+        for key, high, low in zip(("Length", "Width", "Height"), shape["max"], shape["min"]):
+            self.follow(made, key, "(%s) - (%s)" % (high, low))
+        self.stand(made, shape["min"])
+        return made
+
+    def ball(self, name, shape, group):
+        """Part::Sphere."""
+        made = self.new("Part::Sphere", name, group)
+        self.follow(made, "Radius", shape["radius"])
+        self.stand(made, shape["center"])
+        return made
+
+    def prism(self, name, shape, group):
+        """Part::Prism, measured across flats, a corner over local x."""
+        made = self.new("Part::Prism", name, group)
+        made.Polygon = shape["sides"]
+        across = number(2 * math.cos(math.pi / shape["sides"]))
+        self.follow(made, "Circumradius", "(%s) / %s" % (shape["width"], across))
+        self.follow(made, "Height", shape["length"])
+        self.stand(made, shape["base"], shape["axis"])
+        return made
+
+    def teeth(self, gear):
+        """Every tooth of `gear` fused with its rib, grouped by sub-gear pair."""
+        digit, axis, foot = gear_frame(self.design, gear)
+        section = self.design["section"]
+        fins = []
+        for k, pair in enumerate(self.design["sub_gear_pairs"], 1):
+            band = self.new("App::DocumentObjectGroup", "%s Band %d" % (gear, k))
+            band.Label = "%s teeth, sub-gear pair %d" % (self.name, k)
+            for j, tooth in enumerate(pair["teeth"], 1):
+                name = "%s %d.%d" % (self.name, k, j)
+                along = frames(tooth, digit, axis)
+                fin = self.new("Part::MultiFuse", "Fin " + name, band)
+                beads = [(frame.placement(), 1.0) for frame in along]
+                ribs = rib_lines(along, section, axis, foot)
+                fin.Shapes = [self.loft("Tooth " + name, self.tooth_section, beads, band),
+                              self.loft("Rib " + name, self.rib_section, ribs, band)]
+                fin.Label = "Fin " + name
+                fins.append(fin)
+        return fins
+
+    def loft(self, name, section, stations, band):
+        """A loft through links to `section`, one per (placement, stretch along y)."""
+        group = self.new("App::DocumentObjectGroup", "Stations Of " + name, band)
+        links = []
+        for placement, stretch in stations:
+            link = self.new("App::Link", "Station Of " + name, group)
+            link.LinkedObject = section
+            link.LinkTransform = False
+            link.Placement = placement
+            link.ScaleVector = App.Vector(1, stretch, 1)
+            links.append(link)
+        made = self.new("Part::Loft", name, band)
+        made.Label = name
+        made.Sections = links
+        made.Solid = True
+        return made
+
+    def finish(self, solid, colour):
+        """Marks `solid` as the visible result of the body."""
+        solid.Visibility = True
+        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
+        self.part.Result = solid
+        if App.GuiUp:
+            solid.ViewObject.ShapeColor = colour
+
+
+def runs(features):
+    """Consecutive features with the same operation, as (operation, features)."""
+    result = []
+    for feature in features:
+        if result and result[-1][0] == feature["operation"] != "keep":
+            result[-1][1].append(feature)
+        else:
+            result.append((feature["operation"], [feature]))
+    return result
+
+
+def gear_frame(design, gear):
+    """(digit of the gear's station fields, point on its axis, where its ribs end)."""
+    settings = design["settings"]
+    hub, support = settings["hub"], settings["support"]
+    if gear == "driver":
+        axis = App.Vector(-settings["gear"]["center_distance_mm"], 0, 0)
+        return "1", axis, hub["driver_radius_mm"] - 1.0
+    if design["class"] in ("3R", "3R1T"):
+        foot = hub["follower_radius_mm"] - 1.0
+    else:  # between the pin's bore and the drum
+        bore = support["pin_radius_mm"] + settings["fit"]["joint_play_mm"]
+        foot = 0.5 * (bore + hub["follower_radius_mm"])
+    return "2", App.Vector(0, 0, 0), foot
+
+
+# --- Datums --------------------------------------------------------------------------------------
+
+
+def build_datums(document, design):
+    """Axes of driver and follower, joint centre, the plane across it and the plane of both axes."""
+    distance = design["settings"]["gear"]["center_distance_mm"]
+    centre, driver = App.Vector(0, 0, 0), App.Vector(-distance, 0, 0)
+    for kind, name, owner, place in (
+        ("Line", "DriverAxis", "Driver", App.Placement(driver, App.Rotation())),
+        ("Line", "FollowerAxis", "Follower", App.Placement()),
+        ("Point", "JointCentre", "Follower", App.Placement()),
+        ("Plane", "JointPlane", "Support", App.Placement()),
+        ("Plane", "AxesPlane", "Support",
+         App.Placement(centre, App.Rotation(App.Vector(1, 0, 0), 90))),
+    ):
+        part = document.getObject(owner)
+        if part is not None:
+            datum = document.addObject("PartDesign::" + kind, name)
+            datum.Placement = place
+            part.addObject(datum)
+            datum.Visibility = kind != "Plane"
+
+
+# --- Motion --------------------------------------------------------------------------------------
+
+
+def triad(a, b):
+    """Right-handed orthonormal axes made of two independent vectors, as a rotation."""
+    return App.Rotation(a, b, a.cross(b), "XYZ")
+
+
+def follower_poses(design):
+    """[(φ in rad, placement of the follower)], increasing φ in [0, 2π]: every contact is known both
+    in the fixed frame and in the follower's, so two normals fix the rotation and a point the rest."""
+    pairs = design["sub_gear_pairs"]
+    poses = {}
+    for j in range(len(pairs[0]["teeth"])):
+        for rows in zip(*(pair["teeth"][j]["stations"] for pair in pairs)):
+            phi = rows[0]["phi"] % (2 * math.pi)
+            first = vector(rows[0]["n"])
+            other = max(rows[1:], key=lambda row: first.cross(vector(row["n"])).Length)
+            fixed = triad(first, vector(other["n"]))
+            body = triad(vector(rows[0]["n2"]), vector(other["n2"]))
+            rotation = fixed.multiply(body.inverted())
+            base = vector(rows[0]["p"]) - rotation.multVec(vector(rows[0]["p2"]))
+            poses[round(phi, 9)] = App.Placement(base, rotation)
+    return sorted(poses.items())
+
+
+def build_poses(document, design):
+    """The spreadsheet `Poses`: where the follower is and how large Q is, over one turn."""
+    sheet = document.addObject("Spreadsheet::Sheet", "Poses")
+    titles = ["phi_deg", "x_mm", "y_mm", "z_mm", "q0", "q1", "q2", "q3", "Q"]
+    for column, title in zip("ABCDEFGHI", titles):
+        sheet.set(column + "1", title)
+    sheet.setStyle("A1:I1", "bold", "add")
+    for row, (phi, pose) in enumerate(follower_poses(design), 2):
+        values = [math.degrees(phi)] + list(pose.Base) + list(pose.Rotation.Q)
+        values.append(closure_at(design["closure"], phi))
+        for column, value in zip("ABCDEFGHI", values):
+            sheet.set(column + str(row), "=" + number(value))
+
+
+def closure_at(samples, phi):
+    """Q of the sample nearest to φ."""
+    turn = 2 * math.pi
+
+    def away(sample):
+        return abs((sample["phi"] - phi + math.pi) % turn - math.pi)
+
+    return min(samples, key=away)["q"] if samples else 0.0
+
+
+def driver_placement(distance, phi):
+    """Driver turned by φ (rad) about the line x = −distance, y = 0."""
+    return App.Placement(App.Vector(0, 0, 0), App.Rotation(App.Vector(0, 0, 1), math.degrees(phi)),
+                         App.Vector(-distance, 0, 0))
+
+
+def place(document, distance, phi, pose):
+    """Moves the parts to driver angle φ (rad), with the follower at `pose`."""
+    document.Driver.Placement = driver_placement(distance, phi)
+    document.Follower.Placement = pose
+    slider = document.getObject("Slider")
+    if slider is not None:
+        slider.Placement = App.Placement(App.Vector(0, 0, pose.Base.z), App.Rotation())

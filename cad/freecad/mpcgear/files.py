@@ -1,0 +1,98 @@
+# --- Without the GUI: check the document and write FCStd, STEP and STL ---------------------------
+
+import json
+import os
+import sys
+import time
+import traceback
+
+import FreeCAD as App
+import Mesh
+import MeshPart
+import Import
+import Part
+
+
+def solid_of(part):
+    """The one solid of a part, in assembled position; fails with words when it is not one."""
+    feature = part.Result
+    if not feature.isValid():
+        raise RuntimeError("%s: %s does not recompute: %s"
+                           % (part.Label, feature.Label, feature.getStatusString()))
+    solids = feature.Shape.Solids
+    if len(solids) != 1:
+        raise RuntimeError("%s: %d separate solids instead of one" % (part.Label, len(solids)))
+    solid = solids[0].copy()
+    solid.check(os.environ.get("MPCGEAR_CHECK") == "full")  # True also finds self-intersections
+    solid.Placement = part.Placement.multiply(solid.Placement)
+    return solid
+
+
+def broken(document):
+    """Labels of all objects that did not recompute, with FreeCAD's reason."""
+    return ["%s: %s" % (o.Label, o.getStatusString()) for o in document.Objects if not o.isValid()]
+
+
+def write_all(document, parts, stem, folder):
+    """Writes STEM.FCStd, STEM.step and STEM-PART.stl; returns facts about every part."""
+    failures = broken(document)
+    if failures:
+        raise RuntimeError("does not recompute: " + "; ".join(failures))
+    path = os.path.join(folder, stem)
+    document.saveAs(path + ".FCStd")
+    facts, named = {}, []
+    scratch = App.newDocument("Step", hidden=True)
+    for part in parts:
+        solid = solid_of(part)
+        named.append(scratch.addObject("Part::Feature", part.Name))
+        named[-1].Label = part.Name.lower()
+        named[-1].Shape = solid
+        mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.02, AngularDeflection=0.2)
+        mesh.write(path + "-" + part.Name.lower() + ".stl")
+        facts[part.Name.lower()] = {"volume_mm3": solid.Volume, "faces": len(solid.Faces)}
+    write_step(named, path + ".step")
+    App.closeDocument(scratch.Name)
+    return facts
+
+
+def write_step(objects, path):
+    """One named solid per object, AP214, mm, whatever the user's preferences are."""
+    preferences = App.ParamGet("User parameter:BaseApp/Preferences/Mod/Part/STEP")
+    before = preferences.GetString("Scheme", "AP214IS")
+    preferences.SetString("Scheme", "AP214IS")
+    try:
+        Import.export(objects, path)
+    finally:
+        preferences.SetString("Scheme", before)
+
+
+def run_headless(build, design, stem, folder):
+    """Builds and writes everything, then leaves FreeCAD: exit code 0 and `"ok": true` in
+    STEM.result.json, or exit code 1 and the reason there."""
+    started = time.time()
+    result = {"ok": False, "stage": "build"}
+    try:
+        document = App.newDocument(stem)
+        parts = build(document, design)
+        result.update(stage="write", build_s=round(time.time() - started, 1))
+        result["parts"] = write_all(document, parts, stem, folder)
+        result.update(ok=True, stage="done")
+    except BaseException as error:  # FreeCAD would run the file again and exit with 0
+        result.update(error=str(error) or repr(error), trace=traceback.format_exc())
+    result["seconds"] = round(time.time() - started, 1)
+    with open(os.path.join(folder, stem + ".result.json"), "w") as out:
+        json.dump(result, out, indent=1, sort_keys=True)
+    print("mpcgear: ok" if result["ok"] else "mpcgear: FAILED: " + result["error"])
+    sys.stdout.flush()
+    os._exit(0 if result["ok"] else 1)
+
+
+def show(document):
+    """With a window: fits the view, and says in words what did not recompute."""
+    import FreeCADGui as Gui
+
+    failures = broken(document)
+    if failures:
+        App.Console.PrintError("mpcgear: does not recompute: %s\n" % "; ".join(failures))
+    Gui.SendMsgToActiveView("ViewFit")
+    Gui.activeDocument().activeView().viewIsometric()

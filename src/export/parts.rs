@@ -1,0 +1,65 @@
+//! `parts.md`: what to print, what to buy, how to assemble.
+
+use serde::Serialize;
+
+use super::openscad;
+use crate::Result;
+use crate::design::Design;
+use crate::solid::{Solids, pieces};
+
+#[derive(Serialize)]
+struct Printed<'a> {
+    name: &'a str,
+    count: u32,
+    what: &'a str,
+    size: String,
+    volume: String,
+}
+
+#[derive(Serialize)]
+struct Page<'a> {
+    name: &'a str,
+    class: String,
+    generator: &'a str,
+    printed: Vec<Printed<'a>>,
+    bought: &'a [(u32, String)],
+    steps: &'a [String],
+}
+
+/// The parts list with the order of assembly, Markdown.
+///
+/// # Errors
+/// [`crate::Error::Internal`] when the template fails.
+pub fn markdown(design: &Design, solids: &Solids) -> Result<String> {
+    let assembly = pieces::assembly(design.class, &solids.recipe)?;
+    let printed = solids
+        .pieces
+        .iter()
+        .map(|piece| {
+            let (lo, hi) = piece.mesh.bounds();
+            let size = hi - lo;
+            let what = assembly
+                .printed
+                .iter()
+                .find(|(name, _)| *name == piece.name);
+            Printed {
+                name: &piece.name,
+                count: piece.count,
+                what: what.map_or(&piece.body, |(_, what)| what),
+                size: format!("{:.1} × {:.1} × {:.1}", size.x, size.y, size.z),
+                volume: format!("{:.1}", piece.mesh.volume() / 1000.0),
+            }
+        })
+        .collect();
+    openscad::render(
+        "parts.md",
+        Page {
+            name: &design.name,
+            class: design.class.to_string(),
+            generator: &design.generator,
+            printed,
+            bought: &assembly.bought,
+            steps: &assembly.steps,
+        },
+    )
+}

@@ -1,0 +1,176 @@
+//! `design.json`, `summary.json` and `poses.csv`.
+
+use nalgebra::{Rotation3, UnitQuaternion};
+use serde::{Deserialize, Serialize};
+
+use crate::design::Design;
+use crate::motion::{Class, Motion};
+use crate::{Error, Result};
+
+/// The figures of a design, as in `summary.json`; a figure that was not measured is `null`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name from the motion file.
+    pub name: String,
+    /// Class of the joint.
+    pub class: Class,
+    /// K, number of sub-gear pairs.
+    pub k: usize,
+    /// J, teeth per band.
+    pub j: usize,
+    /// Whether everything was proved to work.
+    pub feasible: bool,
+    /// Smallest Q over the period (Eq. 12).
+    pub q_min: Option<f64>,
+    /// Mean Q.
+    pub q_mean: Option<f64>,
+    /// Smallest Q with moments divided by L/2.
+    pub q_star_min: Option<f64>,
+    /// Smallest quality η.
+    pub eta_min: Option<f64>,
+    /// Share of the period with Q above the threshold (Eq. 11).
+    pub valid_time: Option<f64>,
+    /// Largest |n·v_rel| or |n·T²|, mm/rad.
+    pub conjugation_residual_max: Option<f64>,
+    /// Largest volume that two bodies share at any phase, mm³.
+    pub overlap_max_mm3: Option<f64>,
+    /// Directions and phases in which the follower could get away.
+    pub escapes: Option<usize>,
+    /// Thinnest wall, mm.
+    pub wall_min_mm: Option<f64>,
+    /// Time that the design took, s.
+    pub wall_seconds: f64,
+    /// Seed of the search.
+    pub seed: u64,
+    /// `mpcgear` version.
+    pub version: String,
+    /// Why it is not a working gear; empty when it is.
+    pub problems: Vec<String>,
+}
+
+impl Summary {
+    /// What the design itself says; the four figures of the proof and the time stay open.
+    pub fn of(design: &Design) -> Summary {
+        let samples = &design.closure;
+        let least = |values: fn(&crate::design::ClosureSample) -> f64| {
+            samples.iter().map(values).fold(None, |least, value| {
+                Some(f64::min(least.unwrap_or(f64::INFINITY), value))
+            })
+        };
+        let count = samples.len() as f64;
+        let valid = samples
+            .iter()
+            .filter(|s| s.q > design.settings.gear.closure_threshold)
+            .count() as f64;
+        Summary {
+            name: design.name.clone(),
+            class: design.class,
+            k: design.sub_gear_pairs.len(),
+            j: design.settings.gear.teeth,
+            feasible: design.problems.is_empty(),
+            q_min: least(|s| s.q),
+            q_mean: (count > 0.0).then(|| samples.iter().map(|s| s.q).sum::<f64>() / count),
+            q_star_min: least(|s| s.q_star),
+            eta_min: least(|s| s.eta),
+            valid_time: (count > 0.0).then(|| valid / count),
+            conjugation_residual_max: None,
+            overlap_max_mm3: None,
+            escapes: None,
+            wall_min_mm: None,
+            wall_seconds: 0.0,
+            seed: design.settings.search.seed,
+            version: env!("CARGO_PKG_VERSION").into(),
+            problems: design.problems.clone(),
+        }
+    }
+}
+
+/// `summary.json`, one key per line.
+///
+/// # Errors
+/// [`Error::Internal`] when the encoder fails.
+pub fn summary_json(summary: &Summary) -> Result<String> {
+    let text = serde_json::to_string_pretty(summary);
+    text.map(|t| t + "\n")
+        .map_err(|e| Error::Internal(format!("summary.json: {e}")))
+}
+
+/// `design.json`.
+///
+/// # Errors
+/// [`Error::Internal`] when the encoder fails.
+pub fn design_json(design: &Design) -> Result<String> {
+    let text = serde_json::to_string_pretty(design);
+    text.map(|t| t + "\n")
+        .map_err(|e| Error::Internal(format!("design.json: {e}")))
+}
+
+/// Pose of the follower at one phase.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PoseRow {
+    /// Driver angle, degrees.
+    pub phi_deg: f64,
+    /// Position of the body origin, mm.
+    pub x: f64,
+    /// As `x`.
+    pub y: f64,
+    /// As `x`.
+    pub z: f64,
+    /// Unit quaternion; its sign is continuous from row to row.
+    pub qw: f64,
+    /// As `qw`.
+    pub qx: f64,
+    /// As `qw`.
+    pub qy: f64,
+    /// As `qw`.
+    pub qz: f64,
+}
+
+/// `steps + 1` poses over one period, both ends included.
+pub fn poses(motion: &Motion, steps: u32) -> Vec<PoseRow> {
+    let mut rows: Vec<PoseRow> = Vec::new();
+    let mut last = UnitQuaternion::identity();
+    for i in 0..=steps {
+        let turn = f64::from(i) / f64::from(steps);
+        let pose = motion.state(turn * std::f64::consts::TAU).pose;
+        let rotation = Rotation3::from_matrix_unchecked(pose.rotation);
+        let mut q = UnitQuaternion::from_rotation_matrix(&rotation);
+        if q.coords.dot(&last.coords) < 0.0 {
+            q = UnitQuaternion::new_unchecked(-q.into_inner());
+        }
+        last = q;
+        let [x, y, z] = pose.translation.map(rounded).into();
+        rows.push(PoseRow {
+            phi_deg: 360.0 * turn,
+            x,
+            y,
+            z,
+            qw: rounded(q.w),
+            qx: rounded(q.i),
+            qy: rounded(q.j),
+            qz: rounded(q.k),
+        });
+    }
+    rows
+}
+
+/// Nine decimals, no negative zero.
+fn rounded(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9 + 0.0
+}
+
+/// `poses.csv`: the follower's pose at every whole degree, 361 rows below the header.
+///
+/// # Errors
+/// [`Error::Internal`] when the encoder fails.
+pub fn poses_csv(motion: &Motion) -> Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in poses(motion, 360) {
+        writer
+            .serialize(row)
+            .map_err(|e| Error::Internal(format!("poses.csv: {e}")))?;
+    }
+    writer
+        .into_inner()
+        .map_err(|e| Error::Internal(format!("poses.csv: {e}")))
+}

@@ -1,0 +1,258 @@
+//! Two rigid meshes against each other: smallest distance at a pose, and a bound over a stretch of
+//! the motion. Distances are minima over triangle pairs, found by branch and bound over both trees.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::tree::{Node, Tree};
+use super::triangle::{Closest, Triangle};
+use crate::motion::Pose;
+
+/// Surfaces closer than this touch, mm: far above the rounding of poses and distances (1e-12),
+/// far below anything a machine can make. Undecided is a collision.
+pub const TOUCH: f64 = 1e-7;
+
+/// A place where two bodies are close: distance and the nearest points, in the frame of the first.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near {
+    pub closest: Closest,
+    /// Tree indices of the two triangles: the start of the next search.
+    pub pair: (usize, usize),
+}
+
+/// `second` placed in the frame of `first`.
+pub(super) struct Placed<'a> {
+    first: &'a Tree,
+    second: &'a Tree,
+    pose: Pose,
+    /// |rotation|, for the extents of turned boxes.
+    turned: Matrix3<f64>,
+}
+
+/// First-and-second-order motion of `second` in the frame of `first` around one phase: the point at
+/// `x` moves by v(x)·δ + ½a(x)·δ² with an error of at most (r + s·|x|)·|δ|³/6.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Drift {
+    pub velocity: Affine,
+    pub acceleration: Affine,
+    pub remainder: (f64, f64),
+}
+
+/// The field c + M·x.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Affine {
+    pub constant: Vector3<f64>,
+    pub matrix: Matrix3<f64>,
+}
+
+impl Affine {
+    pub fn at(&self, x: Vector3<f64>) -> Vector3<f64> {
+        self.constant + self.matrix * x
+    }
+}
+
+impl Drift {
+    /// Most that points of a box can approach along `n` within ±`half` (rad) of the phase.
+    fn of_box(&self, n: Vector3<f64>, (centre, extent): (Vector3<f64>, Vector3<f64>), half: f64) -> f64 {
+        let along = |field: &Affine| {
+            let spread = (field.matrix.transpose() * n).abs().dot(&extent);
+            (n.dot(&field.at(centre)), spread)
+        };
+        let (v, dv) = along(&self.velocity);
+        let (a, da) = along(&self.acceleration);
+        (v.abs() + dv) * half
+            + 0.5 * (da - a).max(0.0) * half * half
+            + self.rest(centre.norm() + extent.norm(), half)
+    }
+
+    /// The same for the hull of a few points.
+    fn of_points(&self, n: Vector3<f64>, points: &[Vector3<f64>; 3], half: f64) -> f64 {
+        points
+            .iter()
+            .map(|&x| {
+                let (v, a) = (n.dot(&self.velocity.at(x)), n.dot(&self.acceleration.at(x)));
+                v.abs() * half + 0.5 * (-a).max(0.0) * half * half + self.rest(x.norm(), half)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    fn rest(&self, radius: f64, half: f64) -> f64 {
+        (self.remainder.0 + self.remainder.1 * radius) * half.powi(3) / 6.0
+    }
+}
+
+impl<'a> Placed<'a> {
+    /// `pose` takes points of `second` into the frame of `first`.
+    pub fn new(first: &'a Tree, second: &'a Tree, pose: Pose) -> Placed<'a> {
+        Placed { first, second, pose, turned: pose.rotation.abs() }
+    }
+
+    /// A place of the two surfaces closer than `within` that no other place undercuts by more than
+    /// the share `slack` of its distance; stops at the first that touches. `hint` is a pair that
+    /// was near at a neighbouring pose.
+    pub fn nearest(&self, within: f64, slack: f64, hint: Option<(usize, usize)>) -> Option<Near> {
+        let mut search = Search { within, keep: 1.0 - slack, best: None };
+        if let Some(pair) = hint {
+            self.offer(pair, &self.second_triangle(pair.1), &mut search);
+        }
+        if let (Some(a), Some(b)) = (self.first.nodes.first(), self.second.nodes.first()) {
+            self.descend(0, 0, self.gap(a, b).norm(), &mut search);
+        }
+        search.best
+    }
+
+    /// Whether the surfaces touch.
+    pub fn touch(&self, hint: Option<(usize, usize)>) -> Option<Near> {
+        self.nearest(TOUCH, 0.0, hint)
+    }
+
+    /// Pairs that may come closer than `floor` within ±`half` of this phase; empty means proven clear.
+    pub fn doubtful(&self, drift: &Drift, half: f64, floor: f64) -> Vec<(usize, usize)> {
+        let mut doubtful = Vec::new();
+        let mut stack = vec![(0usize, 0usize)];
+        while let Some((i, j)) = stack.pop() {
+            let (Some(a), Some(b)) = (self.first.nodes.get(i), self.second.nodes.get(j)) else {
+                continue;
+            };
+            let gap = self.gap(a, b);
+            let distance = gap.norm();
+            if distance > floor {
+                let centre = self.pose.apply(b.centre);
+                let extent = self.turned * b.half;
+                if distance - drift.of_box(gap / distance, (centre, extent), half) > floor {
+                    continue;
+                }
+            }
+            match (a.is_leaf(), b.is_leaf()) {
+                (true, true) => {
+                    for l in self.second.leaf(b) {
+                        let other = self.second_triangle(l);
+                        doubtful.extend(
+                            self.first
+                                .leaf(a)
+                                .map(|k| (k, l))
+                                .filter(|&(k, _)| !self.clear(k, &other, (drift, half, floor))),
+                        );
+                    }
+                }
+                (false, true) => stack.extend([(i + 1, j), (a.first as usize, j)]),
+                (true, false) => stack.extend([(i, j + 1), (i, b.first as usize)]),
+                (false, false) if a.half.norm_squared() > b.half.norm_squared() => {
+                    stack.extend([(i + 1, j), (a.first as usize, j)]);
+                }
+                (false, false) => stack.extend([(i, j + 1), (i, b.first as usize)]),
+            }
+        }
+        doubtful
+    }
+
+    /// Those of `pairs` that stay doubtful at this phase and half width.
+    pub fn still_doubtful(
+        &self,
+        pairs: &[(usize, usize)],
+        (drift, half, floor): (&Drift, f64, f64),
+    ) -> Vec<(usize, usize)> {
+        pairs
+            .iter()
+            .copied()
+            .filter(|&(k, l)| !self.clear(k, &self.second_triangle(l), (drift, half, floor)))
+            .collect()
+    }
+
+    /// Distance of one pair of triangles.
+    pub fn pair(&self, (k, l): (usize, usize)) -> Option<Closest> {
+        self.first.triangles[k].closest(&self.second_triangle(l), f64::INFINITY)
+    }
+
+    fn clear(&self, k: usize, other: &Triangle, (drift, half, floor): (&Drift, f64, f64)) -> bool {
+        let this = &self.first.triangles[k];
+        // Separation along either triangle's plane is the cheap proof, along the line of closest
+        // points the sharp one. Comparisons are written so that NaN is not clear.
+        let beyond = |n: Vector3<f64>, distance: f64| {
+            distance > floor
+                && distance - drift.of_points(n, &other.corners, half) > floor
+        };
+        let (n, distance) = this.side_of(other);
+        if beyond(n, distance) {
+            return true;
+        }
+        let (n, distance) = other.side_of(this);
+        if beyond(-n, distance) {
+            return true;
+        }
+        this.closest(other, f64::INFINITY).is_some_and(|c| {
+            c.distance > floor && beyond((c.q - c.p) / c.distance, c.distance)
+        })
+    }
+
+    fn second_triangle(&self, l: usize) -> Triangle {
+        let t = &self.second.triangles[l];
+        Triangle {
+            corners: t.corners.map(|v| self.pose.apply(v)),
+            normal: self.pose.rotation * t.normal,
+        }
+    }
+
+    /// Vector from box `a` to box `b` along which they are apart at least by its length (zero: maybe not apart).
+    fn gap(&self, a: &Node, b: &Node) -> Vector3<f64> {
+        let offset = self.pose.apply(b.centre) - a.centre;
+        let apart = |offset: Vector3<f64>, reach: Vector3<f64>| {
+            offset.zip_map(&reach, |o, r| (o.abs() - r).max(0.0) * o.signum())
+        };
+        let in_first = apart(offset, a.half + self.turned * b.half);
+        let back = self.pose.rotation.transpose();
+        let in_second = apart(back * offset, b.half + self.turned.transpose() * a.half);
+        if in_first.norm_squared() >= in_second.norm_squared() {
+            in_first
+        } else {
+            self.pose.rotation * in_second
+        }
+    }
+
+    fn offer(&self, pair: (usize, usize), other: &Triangle, search: &mut Search) {
+        if let Some(closest) = self.first.triangles[pair.0].closest(other, search.within) {
+            search.within = closest.distance * search.keep;
+            search.best = Some(Near { closest, pair });
+        }
+    }
+
+    fn descend(&self, i: usize, j: usize, distance: f64, search: &mut Search) {
+        if distance >= search.within || search.done() {
+            return;
+        }
+        let (a, b) = (&self.first.nodes[i], &self.second.nodes[j]);
+        if a.is_leaf() && b.is_leaf() {
+            for l in self.second.leaf(b) {
+                let other = self.second_triangle(l);
+                for k in self.first.leaf(a) {
+                    self.offer((k, l), &other, search);
+                }
+            }
+            return;
+        }
+        let first_side = b.is_leaf() || !a.is_leaf() && a.half.norm_squared() > b.half.norm_squared();
+        let children = if first_side {
+            [(i + 1, j), (a.first as usize, j)]
+        } else {
+            [(i, j + 1), (i, b.first as usize)]
+        };
+        let distances =
+            children.map(|(i, j)| self.gap(&self.first.nodes[i], &self.second.nodes[j]).norm());
+        let order = if distances[1] < distances[0] { [1, 0] } else { [0, 1] };
+        for c in order {
+            self.descend(children[c].0, children[c].1, distances[c], search);
+        }
+    }
+}
+
+/// State of one branch-and-bound search.
+struct Search {
+    within: f64,
+    keep: f64,
+    best: Option<Near>,
+}
+
+impl Search {
+    fn done(&self) -> bool {
+        self.best.is_some_and(|b| b.closest.distance <= TOUCH)
+    }
+}

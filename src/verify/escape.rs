@@ -1,0 +1,119 @@
+//! Form closure from the geometry: displaced a little in any direction of its motion space, the
+//! follower must hit the driver. And its play: how far it goes until it does.
+
+use nalgebra::{DVector, Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::collide::Placed;
+use super::mechanism::Mechanism;
+use super::overlap::Part;
+use crate::motion::{Class, Pose};
+use crate::solid::assembly::Carrier;
+
+/// A displacement that the driver does not stop.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Escape {
+    /// Driver angle, rad.
+    pub phi: f64,
+    /// Unit direction in span(U), order linear (mm), angular (rad).
+    pub direction: Vec<f64>,
+    /// Length of the displacement tried; `None` when Q is not positive and none would do.
+    pub size: Option<f64>,
+}
+
+/// Deterministic unit vectors of span(U): both senses of every axis, then a fixed random sequence.
+/// At least `count` of them; a single degree of freedom has two directions only.
+pub fn directions(class: Class, count: usize) -> Vec<DVector<f64>> {
+    let n = class.dof();
+    let mut all: Vec<DVector<f64>> = (0..n)
+        .flat_map(|i| {
+            [1.0, -1.0].map(|s| DVector::from_fn(n, |k, _| if k == i { s } else { 0.0 }))
+        })
+        .collect();
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    while n > 1 && all.len() < count {
+        let v = DVector::from_fn(n, |_, _| random.random_range(-1.0..1.0));
+        let norm: f64 = v.norm();
+        // Uniform on the sphere: keep what falls into the ball, away from its centre.
+        if norm > 0.1 && norm <= 1.0 {
+            all.push(v / norm);
+        }
+    }
+    all
+}
+
+/// The rigid displacement of Σ by `u` in span(U) of `class`, turning about the joint centre.
+pub fn displacement(class: Class, u: &DVector<f64>, centre: Vector3<f64>) -> Pose {
+    let (linear, angular) = match class {
+        Class::R1 => (0.0, Vector3::new(0.0, 0.0, u[0])),
+        Class::R1T1 => (u[0], Vector3::new(0.0, 0.0, u[1])),
+        Class::R3 => (0.0, Vector3::new(u[0], u[1], u[2])),
+        Class::R3T1 => (u[0], Vector3::new(u[1], u[2], u[3])),
+    };
+    let rotation = Rotation3::new(angular).into_inner();
+    Pose {
+        rotation,
+        translation: centre - rotation * centre + Vector3::new(0.0, 0.0, linear),
+    }
+}
+
+/// Driver and follower, and the displacements between them.
+pub(super) struct Held<'a> {
+    pub driver: &'a Part<'a>,
+    pub follower: &'a Part<'a>,
+    pub mechanism: Mechanism<'a>,
+}
+
+impl Held<'_> {
+    /// Tries every direction at every (phase, size of the displacement).
+    pub fn escapes(&self, tries: &[(f64, Option<f64>)], directions: &[DVector<f64>]) -> Vec<Escape> {
+        tries
+            .par_iter()
+            .flat_map_iter(|&(phi, size)| {
+                directions
+                    .iter()
+                    .filter(|&u| size.is_none_or(|s| !self.hits(phi, &(u * s))))
+                    .map(|u| Escape { phi, direction: u.iter().copied().collect(), size })
+                    .collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    /// How far the follower moves from its pose along each direction before it touches the driver,
+    /// in units of `u` (rad, or mm and rad mixed); `None` when it is free up to `limit`.
+    pub fn play(&self, phi: f64, directions: &[DVector<f64>], limit: f64) -> Vec<Option<f64>> {
+        directions
+            .par_iter()
+            .map(|u| {
+                let hits = |s: f64| self.hits(phi, &(u * s));
+                let steps = 16;
+                let at = |i: i32| limit * f64::from(i) / f64::from(steps);
+                let first = (0..=steps).find(|&i| hits(at(i)))?;
+                let (mut free, mut hit) = (at(first - 1).max(0.0), at(first));
+                while hit - free > limit * 1e-5 {
+                    let middle = (free + hit) / 2.0;
+                    if hits(middle) {
+                        hit = middle;
+                    } else {
+                        free = middle;
+                    }
+                }
+                Some(free)
+            })
+            .collect()
+    }
+
+    fn hits(&self, phi: f64, u: &DVector<f64>) -> bool {
+        let motion = self.mechanism.motion;
+        let moved = displacement(motion.class(), u, motion.joint_centre(phi));
+        let follower = self.mechanism.pose(Carrier::Follower, phi);
+        let follower = Pose {
+            rotation: moved.rotation * follower.rotation,
+            translation: moved.apply(follower.translation),
+        };
+        let pose = self.mechanism.pose(Carrier::Driver, phi).inverse_mul(&follower);
+        Placed::new(&self.driver.tree, &self.follower.tree, pose).touch(None).is_some()
+    }
+}
