@@ -53,9 +53,9 @@ function level_norm(v) = norm([v.x, v.y]);
 // contact point, straight towards the gear's axis through `axis`, ending `foot` from the axis.
 function rib_rings(all_stations, rib, depth, axis, foot) =
     let (
-        // Two stations at both ends are left free: thin corners would stand where rib and tooth end.
+        // Four stations at both ends are left free: thin corners would stand where rib and tooth end.
         last = len(all_stations) - 1,
-        stations = last >= 8 ? [for (i = [2 : last - 2]) all_stations[i]] : all_stations,
+        stations = last >= 16 ? [for (i = [4 : last - 4]) all_stations[i]] : all_stations,
         outer = [for (s = stations) s[0] + depth * s[1]],
         reach = [for (o = outer) level_norm(o - axis)],
         inner_radius = min(foot, 0.8 * min(reach))

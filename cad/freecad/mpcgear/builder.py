@@ -35,7 +35,7 @@ SECTION_ROWS = [
 
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
 LOFT_STATIONS = 12  # a loft through more wires is slower and no closer than 4e-4 mm
-RIB_INSET = 1 / 16  # share of a tooth, at both ends, that its rib leaves free: no thin corners there
+RIB_INSET = 1 / 8  # share of a tooth, at both ends, that its rib leaves free: no thin corners there
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
 
