@@ -43,8 +43,8 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             let done = (i as f64 + done) / found.choices.len() as f64;
             observer(&Progress { stage, done, candidates: 0, best_q: Some(*q) })
         };
-        // After a stop there is still the best choice to be built, but not proven.
-        let stopped = found.stop == StopReason::Stopped || tell("solids", 0.0).is_break();
+        // After an interrupt there is still the best choice to be built, but not proven.
+        let stopped = tell("solids", 0.0).is_break();
         let mut design = synthesis::design(file, motion, bands)?;
         let solids = match Solids::build(&design, motion) {
             Ok(solids) => solids,
@@ -59,7 +59,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             design,
             solids,
             proof: None,
-            stop: if stopped { StopReason::Stopped } else { StopReason::Finished },
+            stop: if stopped { StopReason::Stopped } else { found.stop },
         };
         if !stopped {
             match prove(&outcome, motion, &mut |done| tell("proof on the meshes", 0.1 + 0.9 * done)) {
@@ -72,7 +72,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
         let fewer = best
             .as_ref()
             .is_none_or(|b| outcome.design.problems.len() < b.design.problems.len());
-        let done = outcome.design.problems.is_empty() || outcome.stop == StopReason::Stopped;
+        let done = outcome.design.problems.is_empty() || outcome.proof.is_none();
         if fewer {
             best = Some(outcome);
         }

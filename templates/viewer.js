@@ -190,6 +190,7 @@
           m.opacity = glass ? (m === part.back ? 0.08 : 0.3) : 1;
         }
         part.edges.material.opacity = glass ? 0.22 : 0.35;
+        part.edges.visible = !$("axis").value; // lines of the far side would cross the cut
       }
       const { low, high, f } = row(state.phi), near = f < 0.5 ? low : high;
       marks.visible = $("contacts").checked && apart === 0;
