@@ -8,6 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::Mesh;
 use crate::{Error, Result};
 
+/// Triangles and edges smaller than this are seams of the booleans and are taken out of finished
+/// bodies, mm: ten units in the last place of an STL file's coordinates, which would otherwise fold them.
+const SEAM: f64 = 2e-5;
+
 /// A closed, oriented solid in the kernel.
 #[derive(Clone)]
 pub struct Solid(Manifold);
@@ -107,7 +111,7 @@ impl Solid {
     /// # Errors
     /// [`Error::Internal`] when a boolean failed, or the solid is empty or in several pieces.
     pub fn one_body(self, name: &str) -> Result<Mesh> {
-        let solid = self.sound(name)?;
+        let solid = Solid(self.sound(name)?.0.simplify(SEAM)).sound(name)?;
         let mut pieces: Vec<Mesh> =
             solid.0.decompose().into_iter().map(|piece| Solid(piece).mesh()).collect();
         pieces.sort_by(|a, b| b.volume().abs().total_cmp(&a.volume().abs()));
