@@ -11,11 +11,13 @@ mod error;
 pub mod export;
 pub mod load;
 pub mod motion;
+pub mod pipeline;
 pub mod search;
 pub mod settings;
 pub mod solid;
 pub mod stats;
 pub mod sub_gear;
+pub mod synthesis;
 pub mod verify;
 
 pub use error::{Error, Problem, Result};

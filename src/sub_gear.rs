@@ -149,6 +149,8 @@ pub enum Flaw {
 pub struct Margins {
     /// Least second-order gap g, mm/rad².
     pub gap: f64,
+    /// Least induced normal curvature in any direction, 1/mm.
+    pub curvature: f64,
     /// Least |T¹|, |T²|, mm/rad.
     pub tangent: f64,
     /// Least distance between bead axes of neighbouring teeth.
@@ -222,7 +224,7 @@ fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Tra
         if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
             return Err(Flaw::Degenerate);
         }
-        if c.gap < margins.gap {
+        if c.gap < margins.gap || !(c.induced_curvature(margins.bead_radius) > margins.curvature) {
             return Err(Flaw::Gap);
         }
         if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {

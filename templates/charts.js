@@ -14,7 +14,7 @@ window.charts = (() => {
     };
     return {
       width, height,
-      padding: [8, 12, 0, 0],
+      padding: [8, 18, 0, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false, setScale: false }, points: { size: 6 }, y: false },
       scales: { x: { time: false }, y: { range } },

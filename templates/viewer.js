@@ -105,7 +105,7 @@
     });
     const size = bounds.getSize(new THREE.Vector3()).length() || 100;
     const centre = bounds.getCenter(new THREE.Vector3());
-    const away = { driver: [-0.3, 0, 0.12], follower: [0.1, 0, 0.5], slider: [0.32, 0, 0.12], fixed: [0, 0, 0] };
+    const away = { driver: [-0.3, 0, 0.12], follower: [0.1, 0, 0.5], slider: [0.32, 0, 0.12], support: [0, 0, 0] };
 
     // Contacts: a ball where teeth touch and an arrow the way the driver pushes; never hidden.
     const marks = new THREE.Group();
@@ -184,12 +184,13 @@
         part.group.matrix.makeTranslation(...shift).multiply(motionOf(part.moves, state.phi));
         part.group.matrixWorldNeedsUpdate = true;
         part.group.visible = part.box.checked;
-        const glass = part.moves === "fixed" && $("glass").checked;
+        const glass = part.moves === "support" && $("glass").checked;
         for (const m of [part.front, part.back]) {
           if (m.transparent !== glass) { m.transparent = glass; m.depthWrite = !glass; m.needsUpdate = true; }
           m.opacity = glass ? (m === part.back ? 0.08 : 0.3) : 1;
         }
         part.edges.material.opacity = glass ? 0.22 : 0.35;
+        part.edges.visible = !$("axis").value; // lines of the far side would cross the cut
       }
       const { low, high, f } = row(state.phi), near = f < 0.5 ? low : high;
       marks.visible = $("contacts").checked && apart === 0;

@@ -1,8 +1,10 @@
 //! Every energy and constraint of the published formulation against central differences.
 
+use std::path::Path;
+
 use mpcgear::contact::Grid;
 use mpcgear::contact::paper_band::{BandModel, BandStart, Energies};
-use mpcgear::motion::{Class, Motion, MotionSource};
+use mpcgear::motion::{Motion, MotionFile};
 use mpcgear::settings::Settings;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,8 +17,14 @@ const START: BandStart = BandStart {
 };
 const STEP: f64 = 1e-5;
 
-fn motions() -> Vec<Motion> {
-    vec![Motion::new(Class::R1, &MotionSource::Uniform {}).expect("uniform")]
+/// One motion a class with rotation only, with rotation and lift, and the plainest of all.
+fn motions() -> impl Iterator<Item = Motion> {
+    ["uniform_1r", "trefoil", "wobble_lift_3r1t"]
+        .into_iter()
+        .map(|name| {
+            let path = format!("{}/examples/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+            MotionFile::read(Path::new(&path)).expect("example").1
+        })
 }
 
 /// Models of both sides with random points around their starts.

@@ -1,15 +1,15 @@
 //! Load figures against closed forms and laws of mechanics.
 
-mod synthetic;
+mod known;
 
 use approx::assert_relative_eq;
+use known::{Helical, PITCH, design, involute, motion, revolute, spherical};
 use mpcgear::closure;
 use mpcgear::load::contacts::Configuration;
 use mpcgear::load::hertz::{effective_modulus, patch};
 use mpcgear::load::{ExtraLoad, Load, Material, Sampling, analyse, sensitivity};
 use mpcgear::motion::Class;
 use nalgebra::Vector3;
-use synthetic::{Helical, PITCH, design, involute, motion, revolute, spherical};
 
 fn torque_load(torque: f64) -> Load {
     Load {
@@ -378,13 +378,9 @@ fn synthetic_designs_are_form_closed() {
 #[test]
 fn at_a_hand_over_the_next_tooth_counts() {
     let pair = revolute();
-    for j in 0..synthetic::J {
-        let phi = j as f64 * std::f64::consts::TAU / synthetic::J as f64;
-        for (offset, tooth) in [
-            (0.0, j),
-            (1e-6, j),
-            (-1e-6, (j + synthetic::J - 1) % synthetic::J),
-        ] {
+    for j in 0..known::J {
+        let phi = j as f64 * std::f64::consts::TAU / known::J as f64;
+        for (offset, tooth) in [(0.0, j), (1e-6, j), (-1e-6, (j + known::J - 1) % known::J)] {
             let at = Configuration::at(&pair, &motion(Class::R1), phi + offset).unwrap();
             assert_eq!(at.contacts[0].tooth, tooth, "φ = {phi} + {offset}");
         }

@@ -1,9 +1,13 @@
 //! Laws of motions: exact derivatives, rows hit, smooth over the seam, closed forms.
 
+#![allow(clippy::unwrap_used)] // a failing unwrap is a failing test
+
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use mpcgear::motion::{Class, Formula, Motion, MotionFile, MotionSource, Table};
+use mpcgear::motion::{
+    Class, Formula, Keyframe, Keyframes, Motion, MotionFile, MotionSource, Path as Curve, Table,
+};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
@@ -192,6 +196,141 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn keyframes_hit_their_poses(
+        poses in prop::collection::vec((prop::array::uniform3(-6.0f64..6.0), -1.0f64..1.0), 5..12),
+        own in prop::sample::select(vec!["-phi", "-phi + 0.2*sin(phi)"]),
+    ) {
+        let count = poses.len();
+        let keyframes: Vec<Keyframe> = poses
+            .iter()
+            .enumerate()
+            .map(|(i, (rotation, z))| Keyframe {
+                phi_deg: 20.0 + 360.0 * i as f64 / count as f64,
+                position: [0.0, 0.0, *z],
+                rotation_deg: Some(*rotation),
+                quaternion: None,
+            })
+            .collect();
+        let source = MotionSource::Keyframes(Keyframes {
+            own_turn: own.to_owned(),
+            keyframes: keyframes.clone(),
+        });
+        let motion = Motion::new(Class::R3T1, &source).unwrap_or_else(|e| panic!("{e}"));
+        for keyframe in keyframes {
+            let phi = keyframe.phi_deg.to_radians();
+            let vector = Vector3::from(keyframe.rotation_deg.unwrap()).map(f64::to_radians);
+            let angle = if own == "-phi" { -phi } else { -phi + 0.2 * phi.sin() };
+            let expected = Rotation3::new(vector)
+                * Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+            let pose = motion.state(phi).pose;
+            prop_assert!((pose.rotation - expected.matrix()).norm() < 1e-12);
+            prop_assert!((pose.translation.z - keyframe.position[2]).abs() < 1e-12);
+            assert_derivatives(&motion, phi + 0.1, 1e-6);
+        }
+    }
+
+    #[test]
+    fn paths_lead_the_axis_through_their_points(
+        phase in -3.0f64..3.0,
+        (a, b) in (1.0f64..6.0, 1.0f64..6.0),
+    ) {
+        let radius: f64 = 40.0;
+        let at = |phi: f64| {
+            let (x, y) = (a * phi.cos(), b * (phi + phase).sin());
+            Vector3::new(x, y, (radius * radius - x * x - y * y).sqrt())
+        };
+        let lift = |phi: f64| phi.sin();
+        for (class, radius_mm, lift_mm) in [(Class::R3, None, 0.0), (Class::R3T1, Some(40.0), 1.0)] {
+            let points = (0..24).map(|i| {
+                let phi = TAU * f64::from(i) / 24.0;
+                let p = at(phi);
+                vec![phi.to_degrees(), p.x, p.y, p.z + lift_mm * lift(phi)]
+            });
+            let source = MotionSource::Path(Curve {
+                points: points.collect(),
+                own_turn: "-phi".to_owned(),
+                radius_mm,
+            });
+            let motion = Motion::new(class, &source).unwrap_or_else(|e| panic!("{e}"));
+            for i in 0..48 {
+                let phi = TAU * f64::from(i) / 48.0;
+                let pose = motion.user_pose(phi);
+                let tip = pose.apply(Vector3::new(0.0, 0.0, radius));
+                let tolerance = if i % 2 == 0 { 1e-9 } else { 1e-4 };
+                let error = (tip - at(phi) - Vector3::new(0.0, 0.0, lift_mm * lift(phi))).norm();
+                prop_assert!(error < tolerance, "{class} {error:e}");
+                assert_derivatives(&motion, phi + 0.05, 1e-6);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_path_on_a_cylinder_turns_and_lifts() {
+    let points = (0..16).map(|i| {
+        let phi = TAU * f64::from(i) / 16.0;
+        vec![
+            phi.to_degrees(),
+            9.0 * phi.cos(),
+            -9.0 * phi.sin(),
+            30.0 + phi.sin(),
+        ]
+    });
+    let source = MotionSource::Path(Curve {
+        points: points.collect(),
+        own_turn: "-phi".to_owned(),
+        radius_mm: None,
+    });
+    let motion = Motion::new(Class::R1T1, &source).unwrap_or_else(|e| panic!("{e}"));
+    for i in 0..40 {
+        let phi = 0.2 * f64::from(i);
+        let state = motion.state(phi);
+        assert!((state.omega + Vector3::z()).norm() < 1e-12);
+        assert!((state.pose.translation.z - phi.sin()).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn points_without_phases_are_passed_at_constant_speed() {
+    let points = (0..30).map(|i| {
+        let a = TAU * f64::from(i) / 30.0;
+        vec![4.0 * a.cos(), 4.0 * a.sin(), 30.0]
+    });
+    let source = MotionSource::Path(Curve {
+        points: points.collect(),
+        own_turn: "-phi".to_owned(),
+        radius_mm: None,
+    });
+    let motion = Motion::new(Class::R3, &source).unwrap_or_else(|e| panic!("{e}"));
+    let axis = motion.state(1.0).pose.rotation.column(2).into_owned();
+    let expected = Vector3::new(4.0 * 1f64.cos(), 4.0 * 1f64.sin(), 30.0).normalize();
+    assert!((axis - expected).norm() < 1e-6);
+}
+
+/// A body frame whose hub axis is its x axis: the hub is found, and the user's poses come back.
+#[test]
+fn a_turned_body_frame_is_aligned_with_the_hub() {
+    let turned = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.4);
+    let at = |phi| {
+        let (q, _) = wobble(phi, [0.1, 0.05, -0.1, 0.08], 0.0);
+        (q * turned, Vector3::zeros())
+    };
+    let motion = Motion::new(Class::R3, &MotionSource::Table(table(48, at, |_| false)))
+        .unwrap_or_else(|e| panic!("{e}"));
+    for i in 0..48 {
+        let phi = TAU * f64::from(i) / 48.0;
+        let tilt = motion.state(phi).pose.rotation[(2, 2)].acos();
+        assert!(tilt < 0.3, "{tilt}");
+        let error = motion.user_pose(phi).rotation - at(phi).0.to_rotation_matrix().matrix();
+        assert!(error.norm() < 1e-12, "{}", error.norm());
+        assert_derivatives(&motion, phi + 0.03, 1e-6);
+    }
+}
+
 #[test]
 fn splines_are_smooth_over_the_seam() {
     let at = |phi| wobble(phi, [0.1, 0.05, -0.1, 0.08], 1.0);
@@ -223,6 +362,8 @@ fn sources_survive_json() {
     for source in [
         MotionSource::Table(table(9, at, |i| i % 2 == 0)),
         MotionSource::Formula(Formula::default()),
+        example("pick_and_place_3r").0.source,
+        example("polisher_path_3r").0.source,
     ] {
         let text = serde_json::to_string(&source).unwrap();
         assert_eq!(serde_json::from_str::<MotionSource>(&text).unwrap(), source);

@@ -1,19 +1,35 @@
 //! The report as a browser shows it.
 
+mod known;
 mod synthetic;
 
 use std::path::PathBuf;
 
 use mpcgear::design::Design;
 use mpcgear::export::compare;
-use mpcgear::export::report::{self, Claim, FileLink, Moves, Part, ReportInput};
+use mpcgear::export::report::{self, Claim, FileLink, Part, ReportInput};
 use mpcgear::load::sensitivity::sensitivity;
 use mpcgear::load::{Load, Sampling, analyse};
+use mpcgear::motion::{Class, Motion};
+use mpcgear::solid::{Mesh, Solids};
 use mpcgear::stats::{self, Format};
-use synthetic::{meshes, motion, revolute, spherical};
 
 fn scratch(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+fn design(class: Class) -> Design {
+    let (mut design, _) = synthetic::uniform(class);
+    design.closure = known::closure_of(&design);
+    design
+}
+
+fn revolute() -> Design {
+    design(Class::R1)
+}
+
+fn spherical() -> Design {
+    design(Class::R3)
 }
 
 /// The report's input with everything in it, handed to `use_it`.
@@ -24,7 +40,7 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         gravity: [0.2, 0.0, -1.0],
         ..Load::default()
     };
-    let motion = motion(design.class);
+    let motion = Motion::new(design.class, &design.motion).unwrap();
     let sampling = Sampling::default();
     let load = analyse(&design, &motion, &design.settings.load, sampling).unwrap();
     let few = Sampling {
@@ -32,12 +48,22 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         ..sampling
     };
     let errors = sensitivity(&design, &motion, &design.settings.load, few).unwrap();
-    let bodies = meshes::bodies(&design, &motion);
-    let moves = [Moves::Driver, Moves::Follower, Moves::Fixed];
-    let parts: Vec<Part> = bodies
+    let solids = Solids::build(&design, &motion).unwrap();
+    let placed = solids
+        .bodies
         .iter()
-        .zip(moves)
-        .map(|((label, mesh), moves)| Part { label, moves, mesh })
+        .map(|b| solids.placed(b, &design, &motion, 0.0));
+    let meshes: Vec<Mesh> = placed.collect();
+    design.recipe = solids.recipe.clone();
+    let parts: Vec<Part> = solids
+        .bodies
+        .iter()
+        .zip(&meshes)
+        .map(|(body, mesh)| Part {
+            label: &body.name,
+            carrier: body.carrier,
+            mesh,
+        })
         .collect();
     let claim = |name: &str, meaning: &str, figure: &str| Claim {
         name: name.into(),
@@ -184,7 +210,7 @@ fn a_browser_shows_the_mechanism_moves_it_and_plots_the_figures() {
             .iter()
             .map(|c| c.q)
             .fold(f64::INFINITY, f64::min),
-        motion(design.class),
+        Motion::new(design.class, &design.motion).unwrap(),
     );
     let html = with_input(design, |input| report::html(input)).unwrap();
     let seen = in_browser(&html, "spherical.html");

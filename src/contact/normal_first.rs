@@ -129,6 +129,32 @@ pub struct Contact {
     pub t2: Vector3<f64>,
     /// Second-order gap g ≥ 0: the teeth part by ½ g δφ² beside the contact, mm/rad².
     pub gap: f64,
+    /// dn/dφ seen from the driver and from the follower, 1/rad.
+    pub turning: [Vector3<f64>; 2],
+}
+
+impl Contact {
+    /// Smallest induced normal curvature of two beads of radius `radius` (mm) in any tangential
+    /// direction, 1/mm: condition (4) of conjugation, positive where the surfaces part on all sides.
+    ///
+    /// The Weingarten map W of a bead is known along its path, W T = dn, and across it, 1/radius; the
+    /// surfaces part by ½ x·(W₁ + W₂)x.
+    pub fn induced_curvature(&self, radius: f64) -> f64 {
+        let e1 = self.t1.normalize();
+        let e2 = self.n.cross(&e1);
+        let mut sum = nalgebra::Matrix2::zeros();
+        // The follower's outward normal is −n.
+        for (t, turning) in [(self.t1, self.turning[0]), (self.t2, -self.turning[1])] {
+            let along = t.normalize();
+            let across = self.n.cross(&along);
+            let (tt, tb) = (turning.dot(&along) / t.norm(), turning.dot(&across) / t.norm());
+            let own = nalgebra::Matrix2::new(tt, tb, tb, 1.0 / radius);
+            let basis = nalgebra::Matrix2::new(e1.dot(&along), e2.dot(&along), e1.dot(&across), e2.dot(&across));
+            sum += basis.transpose() * own * basis;
+        }
+        let (mean, half) = (0.5 * sum.trace(), 0.5 * (sum[(0, 0)] - sum[(1, 1)]));
+        mean - half.hypot(sum[(0, 1)])
+    }
 }
 
 /// A traced tooth pair.
@@ -200,6 +226,7 @@ impl Local {
             t2,
             gap: (self.n_rate - node.driver.omega.cross(&self.n)).dot(&(v2 - v1))
                 - self.n.dot(&self.omega_rel.cross(&t2)),
+            turning: [node.driver.omega, node.follower.omega].map(|w| self.n_rate - w.cross(&self.n)),
         }
     }
 }

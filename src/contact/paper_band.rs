@@ -146,8 +146,8 @@ impl BandModel {
             }
             let angles = settings.gear.normal_control_points;
             x.resize(x.len() + angles, 0.0);
-            lower.resize(lower.len() + angles, -std::f64::consts::PI);
-            upper.resize(upper.len() + angles, std::f64::consts::PI);
+            lower.resize(lower.len() + angles, f64::NEG_INFINITY);
+            upper.resize(upper.len() + angles, f64::INFINITY);
         }
         [x, lower, upper]
     }

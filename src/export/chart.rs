@@ -20,12 +20,20 @@ const FONT: (&str, &[u8]) = (
 /// [`Error::Internal`] when it cannot be drawn.
 pub fn png(plot: &Plot, (width, height): (u32, u32)) -> Result<Vec<u8>> {
     font()?;
-    let mut pixels = vec![255; (width * height * 3) as usize];
-    draw(
-        plot,
-        BitMapBackend::with_buffer(&mut pixels, (width, height)),
-    )
-    .map_err(|e| Error::Internal(format!("picture of {}: {e}", plot.title)))?;
+    let (wide, high) = (width * FINER, height * FINER);
+    let mut fine = vec![255; (wide * high * 3) as usize];
+    draw(plot, BitMapBackend::with_buffer(&mut fine, (wide, high)))
+        .map_err(|e| Error::Internal(format!("picture of {}: {e}", plot.title)))?;
+    let mean = |x: u32, y: u32, channel: u32| {
+        let samples = (0..FINER * FINER).map(|i| (x * FINER + i % FINER, y * FINER + i / FINER));
+        let sum: u32 = samples
+            .map(|(x, y)| u32::from(fine[((y * wide + x) * 3 + channel) as usize]))
+            .sum();
+        (sum / (FINER * FINER)) as u8
+    };
+    let pixels: Vec<u8> = (0..width * height)
+        .flat_map(|i| [0, 1, 2].map(|channel| mean(i % width, i / width, channel)))
+        .collect();
     png_bytes(
         &pixels,
         (width as usize, height as usize),
@@ -57,6 +65,8 @@ fn draw(
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
     let area = backend.into_drawing_area();
     area.fill(&WHITE)?;
+    let strip = if plot.series.len() > 1 { 210 } else { 20 } * FINER;
+    let (area, names) = area.split_horizontally(area.dim_in_pixel().0 - strip);
     let x = (
         plot.phi_deg.first().copied().unwrap_or(0.0),
         plot.phi_deg.last().copied().unwrap_or(360.0),
@@ -82,9 +92,9 @@ fn draw(
         .x_labels(9)
         .y_labels(6)
         .x_label_formatter(&|x| format!("{:.0}°", x * EIGHTH))
-        .y_label_formatter(&|y| super::figures::rounded(*y, 2))
+        .y_label_formatter(&|y| ((y * 1e6).round() / 1e6).to_string())
         .draw()?;
-    for series in &plot.series {
+    for (i, series) in plot.series.iter().enumerate() {
         let color = rgb(series.color);
         let line = ShapeStyle::from(color).stroke_width(3 * FINER);
         // A gap in the values is a gap in the curve.
@@ -94,30 +104,20 @@ fn draw(
             .copied()
             .zip(series.values.iter().copied())
             .collect();
-        let mut label = Some(&series.label);
         for run in points
             .split(|(_, y)| y.is_none())
             .filter(|run| !run.is_empty())
         {
-            let drawn = chart.draw_series(LineSeries::new(
-                run.iter().filter_map(|&(x, y)| Some((x / EIGHTH, y?))),
-                line,
-            ))?;
-            if let Some(label) = label.take() {
-                drawn.label(label).legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 26 * FINER as i32, y)], line)
-                });
-            }
+            let run = run.iter().filter_map(|&(x, y)| Some((x / EIGHTH, y?)));
+            chart.draw_series(LineSeries::new(run, line))?;
         }
-    }
-    if plot.series.len() > 1 {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(221, 227, 234))
-            .label_font((FONT.0, 20 * FINER))
-            .draw()?;
+        if plot.series.len() > 1 {
+            let y = (70 + 34 * i as i32) * FINER as i32;
+            let dash = vec![(0, y), (26 * FINER as i32, y)];
+            names.draw(&PathElement::new(dash, line))?;
+            let at = (34 * FINER as i32, y - 9 * FINER as i32);
+            names.draw(&Text::new(series.label.clone(), at, (FONT.0, 20 * FINER)))?;
+        }
     }
     area.present()?;
     Ok(())

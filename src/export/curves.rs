@@ -42,6 +42,18 @@ pub struct Series {
     pub values: Vec<Option<f64>>,
 }
 
+impl Plot {
+    /// Ends a curve over a whole turn where it began.
+    fn close(&mut self) {
+        if let Some(first) = self.phi_deg.first().copied() {
+            self.phi_deg.push(first + 360.0);
+            for series in &mut self.series {
+                series.values.push(series.values[0]);
+            }
+        }
+    }
+}
+
 impl Series {
     fn new(
         label: impl Into<String>,
@@ -165,6 +177,9 @@ pub fn plots(input: &ReportInput) -> Vec<Plot> {
                 samples.iter().map(|s| s.play_turn.to_degrees()),
             )],
         );
+    }
+    if input.sampling.is_whole_turn() {
+        plots.iter_mut().for_each(Plot::close);
     }
     plots
 }

@@ -9,6 +9,7 @@ pub mod compare;
 pub mod curves;
 pub mod figures;
 pub mod folder;
+pub mod freecad;
 pub mod openscad;
 pub mod parts;
 pub mod picture;

@@ -3,7 +3,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::report::{Moves, Part};
+use super::report::{Part, color};
+use crate::solid::assembly::Carrier;
 use crate::{Error, Result};
 
 /// From where, and how large.
@@ -101,12 +102,12 @@ pub fn mechanism(parts: &[Part], view: View) -> Result<Vec<u8>> {
     let mut solid = Layer::new(width, height);
     let mut glass = Layer::new(width, height);
     for part in parts {
-        let layer = if view.glass && part.moves == Moves::Fixed {
+        let layer = if view.glass && part.carrier == Carrier::Support {
             &mut glass
         } else {
             &mut solid
         };
-        let color = css_color(part.moves.color());
+        let tone = css_color(color(part.carrier));
         for t in &part.mesh.triangles {
             let [a, b, c] = t.map(|i| part.mesh.vertex(i));
             let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {
@@ -114,7 +115,7 @@ pub fn mechanism(parts: &[Part], view: View) -> Result<Vec<u8>> {
             };
             let n = turn * normal;
             if n.z > 0.0 {
-                let lit = light([n.x as f32, n.y as f32, n.z as f32], color);
+                let lit = light([n.x as f32, n.y as f32, n.z as f32], tone);
                 layer.fill(t.map(|i| pixel(part.mesh.vertices[i as usize])), lit);
             }
         }

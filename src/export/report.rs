@@ -19,6 +19,7 @@ use crate::load::sensitivity::Sensitivity;
 use crate::load::{LoadReport, Sampling};
 use crate::motion::Motion;
 use crate::solid::Mesh;
+use crate::solid::assembly::Carrier;
 use crate::{Error, Result};
 
 /// Size of the pictures of curves, pixels.
@@ -54,34 +55,28 @@ pub struct Part<'a> {
     /// What it is called in the list of parts.
     pub label: &'a str,
     /// How it moves.
-    pub moves: Moves,
+    pub carrier: Carrier,
     /// Shape in Σ at φ = 0, mm.
     pub mesh: &'a Mesh,
 }
 
-/// What a part moves with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Moves {
-    /// Turns with the driver.
-    Driver,
-    /// Performs the motion.
-    Follower,
-    /// Slides along z with the joint centre.
-    Slider,
-    /// Stands still.
-    Fixed,
+/// Colour of the parts of a carrier, CSS.
+pub fn color(carrier: Carrier) -> &'static str {
+    match carrier {
+        Carrier::Driver => "#e8833a",
+        Carrier::Follower => "#3f86d6",
+        Carrier::Slider => "#4fa36b",
+        Carrier::Support => "#a9b2bd",
+    }
 }
 
-impl Moves {
-    /// Colour of such parts, CSS.
-    pub fn color(self) -> &'static str {
-        match self {
-            Moves::Driver => "#e8833a",
-            Moves::Follower => "#3f86d6",
-            Moves::Slider => "#4fa36b",
-            Moves::Fixed => "#a9b2bd",
-        }
+/// Name of a carrier in the page's script.
+fn carrier_name(carrier: Carrier) -> &'static str {
+    match carrier {
+        Carrier::Driver => "driver",
+        Carrier::Follower => "follower",
+        Carrier::Slider => "slider",
+        Carrier::Support => "support",
     }
 }
 
@@ -135,7 +130,7 @@ struct Scene<'a> {
 #[derive(Debug, Serialize)]
 struct ScenePart<'a> {
     label: &'a str,
-    moves: Moves,
+    moves: &'static str,
     color: &'a str,
     mesh: CompactMesh,
 }
@@ -287,8 +282,8 @@ fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Result<Scene<'a>> {
             .iter()
             .map(|part| ScenePart {
                 label: part.label,
-                moves: part.moves,
-                color: part.moves.color(),
+                moves: carrier_name(part.carrier),
+                color: color(part.carrier),
                 mesh: CompactMesh::new(part.mesh),
             })
             .collect(),

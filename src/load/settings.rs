@@ -68,11 +68,7 @@ impl Load {
         let mut problems = Vec::new();
         let mut demand = |holds: bool, field: &str, what: String| {
             if !holds {
-                problems.push(crate::Problem {
-                    place: format!("load.{field}"),
-                    what,
-                    hint: String::new(),
-                });
+                problems.push(crate::Problem::new(format!("load.{field}"), what, ""));
             }
         };
         for (field, value) in [

@@ -3,14 +3,15 @@
 use super::rows::cut;
 use crate::Problem;
 
-/// Rows of `columns.len()` = N numbers. A first line with the column names is optional, lines that
+/// Rows of as many numbers as there are `columns`. A first line with the column names is optional, lines that
 /// begin with `#` and empty lines are skipped.
-pub(super) fn parse<const N: usize>(
+pub(super) fn parse(
     text: &str,
     name: &str,
-    columns: &[&str; N],
-    hint: &str,
-) -> Result<Vec<[f64; N]>, Vec<Problem>> {
+    columns: &[&str],
+) -> Result<Vec<Vec<f64>>, Vec<Problem>> {
+    let hint = format!("the columns are {}", columns.join(","));
+    let hint = hint.as_str();
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -42,18 +43,18 @@ pub(super) fn parse<const N: usize>(
             }
             continue;
         }
-        if record.len() != N {
-            let what = format!("has {} values, {N} are needed", record.len());
+        if record.len() != columns.len() {
+            let what = format!("has {} values, {} are needed", record.len(), columns.len());
             problems.push(Problem::new(place, what, hint));
             continue;
         }
-        let mut row = [0.0; N];
-        for (i, field) in record.iter().enumerate() {
+        let mut row = Vec::with_capacity(columns.len());
+        for (field, column) in record.iter().zip(columns) {
             match field.parse::<f64>() {
-                Ok(value) if value.is_finite() => row[i] = value,
+                Ok(value) if value.is_finite() => row.push(value),
                 _ => problems.push(Problem::new(
                     &place,
-                    format!("{} is `{field}`, not a finite number", columns[i]),
+                    format!("{column} is `{field}`, not a finite number"),
                     "",
                 )),
             }

@@ -29,8 +29,19 @@ impl<'t> Document<'t> {
         Ok(Document { text, spans, table })
     }
 
-    /// Adds the line to a place such as `gear.teeth` or `motion.axis[1]`, if it is in the file.
-    pub(super) fn locate(&self, place: &str) -> String {
+    /// Puts the line in front of places such as `gear.teeth` or `motion.axis[1]` that are in the
+    /// file, and sorts the problems by it.
+    pub(super) fn locate(&self, problems: &mut [Problem]) {
+        problems.sort_by_cached_key(|problem| self.line_of(&problem.place));
+        for problem in problems {
+            if let Some(line) = self.line_of(&problem.place) {
+                problem.place = format!("line {line}, {}", problem.place);
+            }
+        }
+    }
+
+    /// Line of the innermost part of a dotted place that is in the file.
+    fn line_of(&self, place: &str) -> Option<usize> {
         let path = place.split([' ', '[']).next().unwrap_or_default();
         let mut table = &self.spans;
         let mut at = None;
@@ -44,10 +55,7 @@ impl<'t> Document<'t> {
                 _ => break,
             }
         }
-        match at {
-            Some(at) => format!("line {}, {place}", line(self.text, at)),
-            None => place.to_owned(),
-        }
+        at.map(|at| line(self.text, at))
     }
 }
 
@@ -78,10 +86,15 @@ pub(super) fn unknown_fields(path: &str, table: &toml::Table, known: &[&str]) ->
 
 /// The most similar of `known`, if similar at all.
 pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    // Jaro-Winkler forgives missing ends (`clearance`), edit distance prefers equal length (`tooth`).
+    let similarity = |name: &str| {
+        (strsim::jaro_winkler(word, name) + strsim::normalized_damerau_levenshtein(word, name))
+            / 2.0
+    };
     known
         .iter()
-        .map(|name| (strsim::jaro_winkler(word, name), *name))
-        .filter(|(similarity, _)| *similarity > 0.75)
+        .map(|name| (similarity(name), *name))
+        .filter(|(similarity, _)| *similarity > 0.55)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
 }

@@ -89,9 +89,8 @@ impl MotionFile {
                 Ok((file, motion))
             }
             _ => {
-                for problem in &mut problems {
-                    problem.place = document.locate(&problem.place);
-                }
+                source::name_rows(table, &mut problems);
+                document.locate(&mut problems);
                 Err(Error::input(path, problems))
             }
         }
@@ -210,19 +209,21 @@ fn settings(table: &toml::Table, problems: &mut Vec<Problem>) -> Settings {
                         section.insert(key.clone(), value.clone());
                     }
                 }
-                Err(e) => problems.push(Problem::new(
-                    format!("{section}.{key}"),
-                    format!(
-                        "is {value}: {}",
-                        e.message()
-                            .replace("usize", "a whole number")
-                            .replace("u64", "a whole number")
-                            .replace("f64", "a number")
-                    ),
-                    format!("the default is {default}"),
-                )),
+                Err(e) => {
+                    let what = format!("is {value}: {}", plain_type(e.message()));
+                    let hint = format!("the default is {default}");
+                    problems.push(Problem::new(format!("{section}.{key}"), what, hint));
+                }
             }
         }
     }
     Settings::deserialize(merged.into_deserializer()).unwrap_or_default()
+}
+
+/// Names of Rust's number types in words.
+fn plain_type(message: &str) -> String {
+    message
+        .replace("usize", "a whole number of at least 0")
+        .replace("u64", "a whole number of at least 0")
+        .replace("f64", "a number")
 }

@@ -9,14 +9,20 @@ mod file;
 mod formula;
 mod hub;
 mod jet;
+mod keyframes;
+mod path;
 mod rows;
 mod source;
 mod spline;
+mod starter;
 mod table;
 
 pub use class::Class;
 pub use file::MotionFile;
 pub use formula::Formula;
+pub use keyframes::{Keyframe, Keyframes};
+pub use path::Path;
+pub use starter::starter;
 pub use table::Table;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -103,8 +109,12 @@ pub enum MotionSource {
     Uniform {},
     /// Poses at many phases.
     Table(Table),
+    /// A few poses, joined by a spline.
+    Keyframes(Keyframes),
     /// Expressions in φ.
     Formula(Formula),
+    /// Curve of an end-effector.
+    Path(Path),
 }
 
 /// The follower's motion M²(φ), 2π-periodic up to whole turns about its own axis.
@@ -123,7 +133,7 @@ enum Shape {
 }
 
 impl Shape {
-    fn new(source: &MotionSource) -> Result<Shape> {
+    fn new(class: Class, source: &MotionSource) -> Result<Shape> {
         let formula = |f: &Formula| {
             f.shape()
                 .map(Shape::Formula)
@@ -133,6 +143,8 @@ impl Shape {
             MotionSource::Uniform {} => formula(&Formula::default()),
             MotionSource::Formula(f) => formula(f),
             MotionSource::Table(table) => table.shape().map(Shape::Rows),
+            MotionSource::Keyframes(keyframes) => keyframes.shape().map(Shape::Rows),
+            MotionSource::Path(path) => path.shape(class).map(Shape::Rows),
         }
     }
 
@@ -152,7 +164,7 @@ impl Motion {
     /// [`crate::Error::Infeasible`] when it is, but no gear can perform it: the follower does not
     /// make −1 turn about its mean axis per period, or leans too far.
     pub fn new(class: Class, source: &MotionSource) -> Result<Motion> {
-        let shape = Shape::new(source)?;
+        let shape = Shape::new(class, source)?;
         let identity = UnitQuaternion::identity();
         let align = if class.is_spherical() {
             let axes = (0..checks::SAMPLES).map(|i| {

@@ -6,12 +6,13 @@ use serde::Deserialize;
 use serde::de::IntoDeserializer;
 
 use super::document::{nearest, unknown_fields};
-use super::{MotionSource, file, table};
+use super::{MotionSource, file, path, table};
 use crate::{Problem, Result};
 
 /// The kinds of motion, with their fields.
-const KINDS: [(&str, &[&str]); 2] = [
+const KINDS: [(&str, &[&str]); 4] = [
     ("table", &["kind", "file", "rows"]),
+    ("keyframes", &["kind", "own_turn", "keyframes"]),
     (
         "formula",
         &[
@@ -23,7 +24,11 @@ const KINDS: [(&str, &[&str]); 2] = [
             "translation",
         ],
     ),
+    ("path", &["kind", "file", "points", "own_turn", "radius_mm"]),
 ];
+
+/// Fields of one keyframe.
+const KEYFRAME: [&str; 4] = ["phi_deg", "position", "rotation_deg", "quaternion"];
 
 /// Reads `[motion]`; `None` if that is impossible, and why is then among the `problems`.
 ///
@@ -50,8 +55,17 @@ pub(super) fn read(
     let fields = KINDS.iter().find(|(name, _)| *name == kind);
     let fields = fields.map_or(&[][..], |(_, fields)| fields);
     problems.extend(unknown_fields("motion", given, fields));
+    if let Some(toml::Value::Array(keyframes)) = given.get("keyframes") {
+        for (i, keyframe) in keyframes.iter().enumerate() {
+            let path = format!("motion.keyframes[{}]", i + 1);
+            let keyframe = keyframe.as_table();
+            problems.extend(keyframe.map_or(Vec::new(), |k| unknown_fields(&path, k, &KEYFRAME)));
+        }
+    }
     let mut motion = given.clone();
-    if let Some(name) = motion.remove("file") {
+    if fields.contains(&"file")
+        && let Some(name) = motion.remove("file")
+    {
         match inline(kind, &name, folder)? {
             Ok((field, values)) if !given.contains_key(field) => {
                 motion.insert(field.to_owned(), values);
@@ -72,6 +86,20 @@ pub(super) fn read(
             problems.push(Problem::new("motion", e.message().to_owned(), ""));
             Ok(None)
         }
+    }
+}
+
+/// Rows of a pose table in a file of its own are called by that file's name.
+pub(super) fn name_rows(document: &toml::Table, problems: &mut [Problem]) {
+    let motion = document.get("motion").and_then(toml::Value::as_table);
+    let Some(name) = motion.and_then(|m| m.get("file")?.as_str()) else {
+        return;
+    };
+    for problem in problems {
+        problem.place = problem
+            .place
+            .replace("motion row", &format!("{name} row"))
+            .replace("motion.points[", &format!("{name} point ["));
     }
 }
 
@@ -110,14 +138,15 @@ fn inline(kind: &str, name: &toml::Value, folder: &Path) -> Result<Inlined> {
         return Ok(Err(vec![Problem::new("motion.file", what, "")]));
     };
     let text = file::read_text(&folder.join(name))?;
-    let rows = match kind {
-        _ => table::parse_rows(&text, name).map(|rows| ("rows", numbers(&rows))),
-    };
-    Ok(rows)
+    Ok(match kind {
+        "path" => path::parse_points(&text, name).map(|points| ("points", points)),
+        _ => table::parse_rows(&text, name).map(|rows| ("rows", rows)),
+    }
+    .map(|(field, rows)| (field, numbers(&rows))))
 }
 
 /// Rows of numbers as a TOML value.
-fn numbers<const N: usize>(rows: &[[f64; N]]) -> toml::Value {
-    let row = |row: &[f64; N]| toml::Value::Array(row.iter().map(|v| (*v).into()).collect());
+fn numbers(rows: &[Vec<f64>]) -> toml::Value {
+    let row = |row: &Vec<f64>| toml::Value::Array(row.iter().map(|v| (*v).into()).collect());
     toml::Value::Array(rows.iter().map(row).collect())
 }

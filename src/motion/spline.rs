@@ -104,11 +104,11 @@ fn solve_cyclic<const D: usize>(rows: &[[f64; 5]], values: &[[f64; D]]) -> Optio
     let mut border = vec![[0.0; 2]; m];
     let mut right = values[..m].to_vec();
     for i in 0..m {
-        for k in 0..5 {
+        for (k, weight) in band[i].iter_mut().enumerate() {
             let column = (i + n + k - 2) % n;
             if column >= m {
-                border[i][column - m] = band[i][k];
-                band[i][k] = 0.0;
+                border[i][column - m] = *weight;
+                *weight = 0.0;
             }
         }
     }
@@ -137,8 +137,7 @@ fn solve_cyclic<const D: usize>(rows: &[[f64; 5]], values: &[[f64; D]]) -> Optio
     let mut schur = Matrix2::zeros();
     let mut last = [values[m], values[m + 1]];
     for (row, rest) in last.iter_mut().enumerate() {
-        for k in 0..5 {
-            let weight = rows[m + row][k];
+        for (k, &weight) in rows[m + row].iter().enumerate() {
             let column = (m + row + n + k - 2) % n;
             if column >= m {
                 schur[(row, column - m)] += weight;

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
+use super::csv_numbers;
 use super::expression::Expression;
 use super::rows::{Row, RowShape, cut};
 use crate::{Error, Problem, Result};
@@ -86,7 +87,6 @@ impl Table {
 pub(super) fn parse_rows(
     text: &str,
     name: &str,
-) -> std::result::Result<Vec<[f64; 8]>, Vec<Problem>> {
-    let hint = format!("the columns are {}", COLUMNS.join(","));
-    super::csv_numbers::parse(text, name, &COLUMNS, &hint)
+) -> std::result::Result<Vec<Vec<f64>>, Vec<Problem>> {
+    csv_numbers::parse(text, name, &COLUMNS)
 }

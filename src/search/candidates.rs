@@ -53,6 +53,7 @@ impl Workshop {
         let thickness = settings.gear.tooth_thickness_mm;
         let margins = Margins {
             gap: 0.5 * scale,
+            curvature: 0.004 / scale,
             tangent: 1.5 * scale,
             spacing: thickness + settings.fit.safety_gap_mm + 0.2 * scale,
             bead_radius: (0.5 * thickness).max(settings.gear.flank_radius_mm),

@@ -42,6 +42,7 @@ impl Settings {
         self.check_ranges(&mut checker);
         self.check_teeth(&mut checker, class);
         self.check_room(&mut checker, class);
+        checker.problems.extend(self.load.problems());
         checker.problems
     }
 

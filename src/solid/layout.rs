@@ -92,7 +92,7 @@ pub fn rib_foot(design: &Design, gear: Gear) -> f64 {
         Gear::Driver => settings.hub.driver_radius_mm - 1.0,
         Gear::Follower if design.class.is_spherical() => settings.hub.follower_radius_mm - 1.0,
         Gear::Follower => {
-            let bore = settings.support.pin_radius_mm + settings.fit.joint_play_mm;
+            let bore = measure::pin_radius(settings) + settings.fit.joint_play_mm;
             0.5 * (bore + settings.hub.follower_radius_mm)
         }
     }
@@ -139,6 +139,7 @@ fn parameters(design: &Design, m: &Measures) -> Vec<Parameter> {
     );
     let class = design.class;
     let scale = gear.center_distance_mm / 25.0;
+    let pin = measure::pin_radius(settings);
     let wall = gear.minimum_wall_mm;
     let tap = 0.375 * frame.screw_hole_diameter_mm;
     let driver_bottom = m.base_top + fit.joint_play_mm;
@@ -244,7 +245,7 @@ fn parameters(design: &Design, m: &Measures) -> Vec<Parameter> {
         "thickness of the end-effector mount",
     );
     let pocket = match class {
-        Class::R1 => frame.pin_radius_mm + fit.safety_gap_mm,
+        Class::R1 => pin + fit.safety_gap_mm,
         _ => 0.0,
     };
     let hole = 0.5 * hubs.mount_hole_diameter_mm;
@@ -435,17 +436,13 @@ fn parameters(design: &Design, m: &Measures) -> Vec<Parameter> {
             "end of the base plate on the follower's side",
         );
     } else {
-        t.fixed(
-            "pin_radius",
-            frame.pin_radius_mm,
-            "radius of the follower's pin",
-        );
-        let flange = frame.pin_radius_mm + 8.0;
+        t.fixed("pin_radius", pin, "radius of the follower's pin");
+        let flange = pin + 8.0;
         t.fixed("pin_flange_radius", flange, "radius of the pin's flange");
         if class == Class::R1 {
             t.fixed(
                 "pin_neck_radius",
-                0.65 * frame.pin_radius_mm,
+                0.65 * pin,
                 "radius of the pin's upper end",
             );
             t.fixed(

@@ -8,6 +8,7 @@ use super::{rib, section};
 use crate::design::{Design, Gear};
 use crate::envelope::Envelope;
 use crate::motion::{Class, Motion, MotionState, Pose};
+use crate::settings::Settings;
 
 /// Phases at which moving parts are sampled.
 const PHASES: u32 = 360;
@@ -17,6 +18,10 @@ const DRUM_MARGIN: f64 = 0.5;
 const FLOOR_GAP: f64 = 1.0;
 /// Corners of the section polygon used as sample points.
 const OUTLINE_SEGMENTS: u32 = 12;
+/// Wall wanted around the bore of a drum on a pin, mm.
+const BORE_WALL: f64 = 1.5;
+/// Smallest mount that still has room for its screws, mm.
+const SMALLEST_MOUNT: f64 = 5.0;
 /// Points on the rim of a drum or flange.
 const RIM_POINTS: u32 = 48;
 /// Hub radii grow to at most these shares of L (9.5 and 8 mm at L = 25).
@@ -60,6 +65,15 @@ pub const CARRIAGE_SHARE: f64 = 0.36;
 /// Radius of the bearing eye in the bridge.
 pub fn eye_radius(design: &Design) -> f64 {
     design.settings.hub.journal_radius_mm + design.settings.fit.joint_play_mm + EYE_WALL
+}
+
+/// Radius of the follower's pin: the setting, or less where the smallest drum would be left without
+/// a wall around its bore.
+pub fn pin_radius(settings: &Settings) -> f64 {
+    let room = settings.hub.follower_radius_mm
+        - settings.fit.joint_play_mm
+        - settings.gear.minimum_wall_mm;
+    settings.support.pin_radius_mm.min(room)
 }
 
 /// Wall around the upper journal, mm.
@@ -210,7 +224,12 @@ impl Measures {
         while grown > least && meets_driver(grown) {
             grown = (grown - 0.25).max(least);
         }
-        let follower_hub = (least, grown);
+        // A drum on a pin needs a wall around its bore, whatever the settings say.
+        let bore = pin_radius(settings) + settings.fit.joint_play_mm;
+        let follower_hub = match joint {
+            None => (least.max(bore + BORE_WALL).min(grown), grown),
+            Some(_) => (least, grown),
+        };
 
         // Everything of the follower but the mount, through the period.
         let mut moving = follower_teeth;
@@ -360,7 +379,13 @@ impl Obstacles {
             table[index as usize]
         };
         let wanted = sampler.design.settings.hub.mount_radius_mm;
-        let least = wanted.min(sampler.design.settings.hub.follower_radius_mm);
+        let smallest = sampler
+            .design
+            .settings
+            .hub
+            .follower_radius_mm
+            .max(SMALLEST_MOUNT);
+        let least = wanted.min(smallest);
         let clear = |radius: f64, z: f64| {
             let points: Vec<Vector3<f64>> = [z, z + 0.5 * thickness, z + thickness]
                 .into_iter()

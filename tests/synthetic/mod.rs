@@ -1,207 +1,120 @@
-//! Designs made by hand, with contacts known in closed form, for the uniform motion R = Rz(−φ).
-#![allow(dead_code)] // every test file uses its own part of this
+//! Designs without an optimiser: helical teeth that roll on the pitch line of a uniform motion.
 
-pub mod meshes;
-
-use std::f64::consts::TAU;
-
-use mpcgear::closure;
-use mpcgear::design::{ClosureSample, Design, FORMAT, Section, Station, SubGearPair, ToothPair};
-use mpcgear::load::contacts::Configuration;
-use mpcgear::motion::{Class, Motion, MotionSource, MotionState};
+use mpcgear::design::{Design, FORMAT, Section, Station, SubGearPair, ToothPair};
+use mpcgear::motion::{Class, Motion, MotionFile, MotionSource, MotionState};
 use mpcgear::settings::Settings;
+use mpcgear::solid::recipe::Recipe;
 use nalgebra::Vector3;
 
-pub const J: usize = 10;
-pub const C: f64 = 1.44;
-pub const L: f64 = 25.0;
-/// Radius of both pitch cylinders, mm.
-pub const PITCH: f64 = 0.5 * L;
+/// One band: middle height, axial travel along a tooth, turning side.
+pub type Band = (f64, f64, f64);
 
-/// Contact point and normal in Σ at φ, and the φ in the middle of the tooth.
-pub type Law<'a> = &'a dyn Fn(f64, f64) -> (Vector3<f64>, Vector3<f64>);
+/// Pressure angle of the synthetic teeth, rad.
+const PRESSURE_ANGLE: f64 = 0.5;
 
-/// J tooth pairs that follow `law`.
-pub fn band(motion: &Motion, law: Law) -> SubGearPair {
-    let step = TAU / J as f64;
-    let teeth = (0..J)
-        .map(|j| {
-            let (start, end) = (
-                (j as f64 - 0.5 * (C - 1.0)) * step,
-                (j as f64 + 1.0 + 0.5 * (C - 1.0)) * step,
-            );
-            let middle = 0.5 * (start + end);
-            let count = 25;
-            let stations = (0..count)
-                .map(|i| {
-                    let phi = start + (end - start) * i as f64 / (count - 1) as f64;
-                    let (p, n) = law(phi, middle);
-                    let h = 1e-5;
-                    let speed = (law(phi + h, middle).0 - law(phi - h, middle).0) / (2.0 * h);
-                    let (one, two) = (MotionState::driver(L, phi), motion.state(phi));
-                    let local = |state: &MotionState, sign: f64| {
-                        let rt = state.pose.rotation.transpose();
-                        let t = (speed - state.velocity(p)).normalize();
-                        (state.pose.inverse_apply(p), rt * n * sign, rt * t)
-                    };
-                    let ((p1, n1, t1), (p2, n2, t2)) = (local(&one, -1.0), local(&two, 1.0));
-                    Station {
-                        phi,
-                        p: p.into(),
-                        n: n.into(),
-                        p1: p1.into(),
-                        n1: n1.into(),
-                        t1: t1.into(),
-                        p2: p2.into(),
-                        n2: n2.into(),
-                        t2: t2.into(),
-                    }
-                })
-                .collect();
-            ToothPair {
-                phi_start: start,
-                phi_end: end,
-                control_points: Vec::new(),
-                fit_error: 0.0,
-                stations,
+/// Uniform design with the usual bands of a class.
+pub fn uniform(class: Class) -> (Design, Motion) {
+    let source = MotionSource::Uniform {};
+    let motion = Motion::new(class, &source).expect("uniform motion fits every class");
+    (with_motion(class, source, &motion), motion)
+}
+
+/// The usual bands under the motion of one of the examples. Where it tilts or slides the teeth are
+/// not conjugate: only their places and sizes are those of real ones.
+pub fn example(name: &str) -> (Design, Motion) {
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("examples/{name}.toml"));
+    let (file, motion) = MotionFile::read(&path).expect("examples are sound");
+    (with_motion(file.class, file.source, &motion), motion)
+}
+
+fn with_motion(class: Class, source: MotionSource, motion: &Motion) -> Design {
+    let bands: &[Band] = match class {
+        Class::R1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0)],
+        Class::R1T1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0), (22.0, 7.0, -1.0)],
+        Class::R3 => &[
+            (14.0, 7.0, 1.0),
+            (25.0, -7.0, 1.0),
+            (-14.0, -7.0, -1.0),
+            (-25.0, 7.0, -1.0),
+        ],
+        Class::R3T1 => &[
+            (14.0, 7.0, 1.0),
+            (25.0, -7.0, 1.0),
+            (36.0, 7.0, -1.0),
+            (-14.0, -7.0, -1.0),
+            (-25.0, 7.0, -1.0),
+        ],
+    };
+    let settings = Settings::default();
+    let gear = &settings.gear;
+    let section = Section {
+        thickness: gear.tooth_thickness_mm,
+        flank_radius: gear.flank_radius_mm,
+        tip: gear.tip_mm,
+        root: gear.root_mm,
+        clearance: settings.fit.clearance_mm,
+        rib: settings.spokes.thickness_mm,
+    };
+    let sub_gear_pairs = bands
+        .iter()
+        .map(|&band| SubGearPair {
+            parameters: Vec::new(),
+            teeth: (0..gear.teeth)
+                .map(|j| tooth(motion, &settings, band, j))
+                .collect(),
+        })
+        .collect();
+    Design {
+        format: FORMAT,
+        generator: "test".into(),
+        name: format!("synthetic {class}"),
+        class,
+        settings,
+        motion: source,
+        sub_gear_pairs,
+        section,
+        recipe: Recipe::default(),
+        closure: Vec::new(),
+        problems: Vec::new(),
+    }
+}
+
+fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usize) -> ToothPair {
+    let gear = &settings.gear;
+    let pitch = std::f64::consts::TAU / gear.teeth as f64;
+    let (middle, length) = ((j as f64 + 0.5) * pitch, gear.contact_ratio * pitch);
+    let rise = travel / length;
+    let stations = (0..=24)
+        .map(|i| {
+            let u = f64::from(i) / 24.0 - 0.5;
+            let phi = middle + u * length;
+            let p = Vector3::new(-0.5 * gear.center_distance_mm, 0.0, z0 + travel * u);
+            let driver = MotionState::driver(gear.center_distance_mm, phi);
+            let follower = motion.state(phi);
+            let velocity = Vector3::new(0.0, 0.0, rise);
+            let [t1, t2] = [driver, follower].map(|s| (velocity - s.velocity(p)).normalize());
+            let across = side * Vector3::x().cross(&t2);
+            let n = PRESSURE_ANGLE.sin() * Vector3::x() + PRESSURE_ANGLE.cos() * across.normalize();
+            let into = |s: &MotionState, v: Vector3<f64>| s.pose.rotation.transpose() * v;
+            Station {
+                phi,
+                p: p.into(),
+                n: n.into(),
+                p1: driver.pose.inverse_apply(p).into(),
+                n1: into(&driver, -n).into(),
+                t1: into(&driver, t1).into(),
+                p2: follower.pose.inverse_apply(p).into(),
+                n2: into(&follower, n).into(),
+                t2: into(&follower, t2).into(),
             }
         })
         .collect();
-    SubGearPair {
-        parameters: Vec::new(),
-        teeth,
+    ToothPair {
+        phi_start: middle - 0.5 * length,
+        phi_end: middle + 0.5 * length,
+        control_points: Vec::new(),
+        fit_error: 0.0,
+        stations,
     }
-}
-
-/// Helical teeth that roll on the pitch line: pressure angle `alpha`, axial `travel` over the tooth
-/// (its sign is the hand), material side ±1, centred at height `z0`.
-#[derive(Debug, Clone, Copy)]
-pub struct Helical {
-    pub alpha: f64,
-    pub side: f64,
-    pub z0: f64,
-    pub travel: f64,
-}
-
-impl Helical {
-    /// Axial speed of the contact point, mm/rad.
-    pub fn axial_speed(&self) -> f64 {
-        self.travel / (C * TAU / J as f64)
-    }
-
-    pub fn normal(&self) -> Vector3<f64> {
-        let dz = self.axial_speed();
-        let across = Vector3::new(0.0, dz, PITCH).normalize() * self.side;
-        Vector3::x() * self.alpha.sin() + across * self.alpha.cos()
-    }
-
-    pub fn band(&self, motion: &Motion) -> SubGearPair {
-        band(motion, &|phi, middle| {
-            let z = self.z0 + self.axial_speed() * (phi - middle);
-            (Vector3::new(-PITCH, 0.0, z), self.normal())
-        })
-    }
-}
-
-/// Involute spur teeth with pressure angle `alpha` at height `z`; `side` ±1 turns the flank over.
-pub fn involute(motion: &Motion, alpha: f64, (side, z): (f64, f64)) -> SubGearPair {
-    band(motion, &|phi, middle| {
-        let n = Vector3::new(alpha.sin(), side * alpha.cos(), 0.0);
-        let pitch_point = Vector3::new(-PITCH, 0.0, z);
-        (
-            pitch_point + n * (side * PITCH * alpha.cos() * (phi - middle)),
-            n,
-        )
-    })
-}
-
-pub fn motion(class: Class) -> Motion {
-    Motion::new(class, &MotionSource::Uniform {}).expect("uniform motion")
-}
-
-pub fn design(class: Class, bands: Vec<SubGearPair>) -> Design {
-    let mut design = Design {
-        format: FORMAT,
-        generator: "test".into(),
-        name: format!("uniform {class}"),
-        class,
-        settings: Settings::default(),
-        motion: MotionSource::Uniform {},
-        sub_gear_pairs: bands,
-        section: Section {
-            thickness: 1.8,
-            flank_radius: 0.9,
-            tip: 0.9,
-            root: 1.2,
-            clearance: 0.1,
-            rib: 1.4,
-        },
-        recipe: Default::default(),
-        closure: Vec::new(),
-        problems: Vec::new(),
-    };
-    design.closure = (0..360)
-        .map(|i| sample(&design, f64::from(i).to_radians()))
-        .collect();
-    design
-}
-
-fn sample(design: &Design, phi: f64) -> ClosureSample {
-    let at = Configuration::at(design, &motion(design.class), phi).expect("contact");
-    let wrenches = |length: f64| -> Vec<closure::Wrench> {
-        at.contacts
-            .iter()
-            .map(|c| closure::wrench(at.class, c.p, c.n, at.centre, length))
-            .collect()
-    };
-    let dof = at.class.dof();
-    let (q, q_star) = (
-        closure::measure(&wrenches(1.0), dof),
-        closure::measure(&wrenches(PITCH), dof),
-    );
-    let star = wrenches(PITCH);
-    let mean = star
-        .iter()
-        .map(|w| w.iter().map(|x| x * x).sum::<f64>().sqrt())
-        .sum::<f64>()
-        / star.len() as f64;
-    ClosureSample {
-        phi,
-        q,
-        q_star,
-        eta: dof as f64 * q_star / mean,
-    }
-}
-
-/// Two helical bands of opposite side.
-pub fn revolute() -> Design {
-    let m = motion(Class::R1);
-    let at = |side: f64, z0: f64| Helical {
-        alpha: 0.5,
-        side,
-        z0,
-        travel: 12.0,
-    };
-    design(
-        Class::R1,
-        vec![at(1.0, 10.0).band(&m), at(-1.0, 26.0).band(&m)],
-    )
-}
-
-/// Four helical bands, two above and two below O, whose torques point to alternate corners of a box.
-pub fn spherical() -> Design {
-    let m = motion(Class::R3);
-    let at = |side: f64, z0: f64, travel: f64| Helical {
-        alpha: 0.6,
-        side,
-        z0,
-        travel,
-    };
-    let bands = [
-        at(1.0, 14.0, 9.0),
-        at(1.0, 25.0, -9.0),
-        at(-1.0, -14.0, 9.0),
-        at(-1.0, -25.0, -9.0),
-    ];
-    design(Class::R3, bands.iter().map(|b| b.band(&m)).collect())
 }

@@ -17,23 +17,26 @@ COLOURS = {
     "slider": (0.45, 0.65, 0.40),
 }
 
-# (alias, key in the design's section, words, what a change does)
+# (alias and key in the design's section, words, what a change does)
 SECTION_ROWS = [
-    ("section_thickness", "thickness", "Tooth thickness along the contact normal",
-     "changes the clearance behind the tooth: run 'Check clearance here' after it"),
-    ("section_flank_radius", "flank_radius", "Radius of the flank at the contact",
-     "BREAKS CONJUGATION of edges: larger flanks may meet beside the contact"),
-    ("section_tip", "tip", "Tooth height beyond the contact point",
-     "a lower tip is harmless; at the flank radius the tip is round"),
-    ("section_root", "root", "Depth of the section behind the contact point",
+    ("thickness", "Tooth thickness along the contact normal",
+     "changes the gap behind the tooth: run 'Check clearance here' after it"),
+    ("flank_radius", "Radius of the flank at the contact",
+     "BREAKS CONJUGATION when larger: flanks may meet beside the contact; "
+     "a round tip (tip = radius = thickness / 2) follows the thickness instead"),
+    ("tip", "Tooth height beyond the contact point",
+     "a lower tip is harmless; drives the section only where the tip is flat"),
+    ("root", "Depth of the section behind the contact point",
      "harmless while the rib still covers it"),
-    ("section_clearance", "clearance", "Gap between the flanks at the contact",
+    ("clearance", "Gap between the flanks at the contact, half of it on each gear",
      "zero is the exact contact; more is play"),
-    ("section_rib", "rib", "Thickness of the rib between tooth and hub",
-     "harmless while thinner than the tooth"),
+    ("rib", "Thickness of the rib between tooth and hub", "harmless while thinner than the tooth"),
 ]
 
-ONE = 1e-9  # mm; shorter edges are left out
+SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
+LOFT_STATIONS = 12  # a loft through more wires is slower and no closer than 4e-4 mm
+RIB_INSET = 1 / 16  # share of a tooth, at both ends, that its rib leaves free: no thin corners there
+SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
 
 def vector(values):
@@ -60,12 +63,11 @@ def build(document, design):
 
 
 def build_parameters(document, design):
-    """The spreadsheet `Params`: one aliased row per parameter; returns the set of aliases."""
-    sheet = document.addObject("Spreadsheet::Sheet", "Params")
-    for column, title in zip("ABCDEF", ["Parameter", "Value", "Min", "Max", "Check", "Meaning"]):
-        sheet.set(column + "1", title)
-    sheet.setStyle("A1:F1", "bold", "add")
-    row, group = 2, None
+    """The spreadsheets `Params` (hubs, joints, support) and `ToothParams` (the section), one aliased
+    row per parameter; returns the set of aliases of `Params`. The teeth have a sheet of their own
+    because FreeCAD recomputes all that hangs on a sheet when one cell changes."""
+    sheet, group = new_sheet(document, "Params"), None
+    row = 2
     for parameter in design["recipe"]["parameters"]:
         if parameter["group"] != group:
             group = parameter["group"]
@@ -76,20 +78,26 @@ def build_parameters(document, design):
         write_parameter(sheet, row, parameter["name"], parameter["value"], limits,
                         parameter["description"])
         row += 1
-    sheet.set("A%d" % row, "Tooth section")
-    sheet.setStyle("A%d" % row, "bold", "add")
-    row += 1
-    for alias, key, words, warning in SECTION_ROWS:
-        value = design["section"][key]
-        limits = (0.0, value) if key == "tip" else (0.0, 2.0 * value)
+    sheet = new_sheet(document, "ToothParams")
+    for row, (alias, words, warning) in enumerate(SECTION_ROWS, 2):
+        value = design["section"][alias]
+        limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
         write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
-        row += 1
-    sheet.set("A%d" % row, "The curves of the teeth and L are the result of the search: they do "
-              "not change here. Run mpcgear again for another motion.")
-    for column, width in zip("ABCDEF", [190, 80, 80, 80, 110, 520]):
-        sheet.setColumnWidth(column, width)
+    sheet.set("A%d" % (len(SECTION_ROWS) + 3), "The curves of the teeth are the result of the "
+              "search and do not change here: run mpcgear again for another motion.")
     document.recompute()
     return {p["name"] for p in design["recipe"]["parameters"]}
+
+
+def new_sheet(document, name):
+    """A spreadsheet with the head of a parameter table."""
+    sheet = document.addObject("Spreadsheet::Sheet", name)
+    titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning"]
+    for column, title, width in zip("ABCDEF", titles, [190, 80, 80, 80, 110, 520]):
+        sheet.set(column + "1", title)
+        sheet.setColumnWidth(column, width)
+    sheet.setStyle("A1:F1", "bold", "add")
+    return sheet
 
 
 def write_parameter(sheet, row, alias, value, limits, words):
@@ -189,7 +197,7 @@ def tooth_section(document, section):
     corner = radius * math.sin(low)
     shoulder = inset + radius * math.cos(low)
     flat = inset + radius * math.cos(high)
-    round_tip = flat < ONE
+    round_tip = flat < SHORTEST_EDGE
     left = [App.Vector(middle - x, y, 0) for x, y in
             ((half, -section["root"]), (shoulder, -corner), (flat, radius * math.sin(high)))]
     right = [App.Vector(2 * middle - p.x, p.y, 0) for p in left]
@@ -216,10 +224,10 @@ def tooth_section(document, section):
     sketch.addConstraint(Sketcher.Constraint("Vertical", 1))
     sketch.addConstraint(Sketcher.Constraint("Vertical", last))
     sketch.addConstraint(Sketcher.Constraint("PointOnObject", 2, 3, -1))
-    thickness, clearance = "Params.section_thickness", "Params.section_clearance"
-    constrain(sketch, "rib", "Params.section_rib", "DistanceX", 0, 1, 0, 2, 2 * half)
-    constrain(sketch, "root", "Params.section_root", "DistanceY", 0, 1, -1, 1, section["root"])
-    constrain(sketch, "neck", "%s / 2 + %s / 2 - Params.section_rib / 2" % (clearance, thickness),
+    thickness, clearance = "ToothParams.thickness", "ToothParams.clearance"
+    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+    constrain(sketch, "root", "ToothParams.root", "DistanceY", 0, 1, -1, 1, section["root"])
+    constrain(sketch, "neck", "%s / 2 + %s / 2 - ToothParams.rib / 2" % (clearance, thickness),
               "DistanceX", -1, 1, 0, 1, middle - half)
     if round_tip:
         constrain(sketch, "flank", thickness + " / 2", "Radius", 2, radius)
@@ -229,13 +237,13 @@ def tooth_section(document, section):
     sketch.addConstraint(Sketcher.Constraint("PointOnObject", 4, 3, -1))
     sketch.addConstraint(Sketcher.Constraint("Horizontal", 3))
     sketch.addConstraint(Sketcher.Constraint("Equal", 2, 4))
-    constrain(sketch, "flank", "Params.section_flank_radius", "Radius", 4, radius)
-    constrain(sketch, "left_centre", "%s / 2 + Params.section_flank_radius" % clearance,
+    constrain(sketch, "flank", "ToothParams.flank_radius", "Radius", 4, radius)
+    constrain(sketch, "left_centre", "%s / 2 + ToothParams.flank_radius" % clearance,
               "DistanceX", -1, 1, 4, 3, middle - inset)
     constrain(sketch, "right_centre",
-              "%s / 2 + %s - Params.section_flank_radius" % (clearance, thickness),
+              "%s / 2 + %s - ToothParams.flank_radius" % (clearance, thickness),
               "DistanceX", -1, 1, 2, 3, middle + inset)
-    constrain(sketch, "tip", "Params.section_tip", "DistanceY", -1, 1, 4, 1, section["tip"])
+    constrain(sketch, "tip", "ToothParams.tip", "DistanceY", -1, 1, 4, 1, section["tip"])
     return sketch
 
 
@@ -251,7 +259,7 @@ def rib_section(document, section):
         sketch.addConstraint(Sketcher.Constraint(direction, edge))
     sketch.addConstraint(Sketcher.Constraint("Symmetric", 2, 1, 2, 2, -1, 1))
     sketch.addConstraint(Sketcher.Constraint("DistanceY", 1, 1, 1, 2, 1.0))
-    constrain(sketch, "rib", "Params.section_rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
     return sketch
 
 
@@ -272,9 +280,13 @@ class Frame:
         return App.Placement(self.p, App.Rotation(self.n, self.b, self.n.cross(self.b), "XYZ"))
 
 
-def frames(tooth, digit, axis):
-    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it)."""
-    result = [Frame(station, digit) for station in tooth["stations"]]
+def frames(tooth, digit, axis, inset=0.0):
+    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it); `inset` is the
+    share of the tooth left out at both ends."""
+    last = len(tooth["stations"]) - 1
+    count = min(LOFT_STATIONS, last + 1)
+    chosen = [round(last * (inset + (1 - 2 * inset) * i / (count - 1))) for i in range(count)]
+    result = [Frame(tooth["stations"][i], digit) for i in chosen]
     outwards = sum((f.p - axis).x * f.b.x + (f.p - axis).y * f.b.y for f in result)
     if outwards < 0:
         for frame in result:
@@ -282,15 +294,20 @@ def frames(tooth, digit, axis):
     return result
 
 
-def rib_line(frame, section, axis, inner_radius):
-    """(placement, length) of the rib's rectangle: from the bead's middle straight towards the
-    hub's axis, ending `inner_radius` from it."""
-    outer = frame.p + frame.n * (0.5 * (section["clearance"] + section["thickness"]))
-    radial = App.Vector(outer.x - axis.x, outer.y - axis.y, 0)
-    length = radial.Length - inner_radius
-    radial.normalize()
-    across = frame.t.cross(radial).normalize()
-    return App.Placement(outer, App.Rotation(across, radial, across.cross(radial), "XYZ")), length
+def rib_lines(along, section, axis, foot):
+    """(placement, length) of the rib's rectangle at every frame: from the bead's middle straight
+    towards the hub's axis, ending `foot` from it, or nearer where the tooth itself is."""
+    lines = []
+    for frame in along:
+        outer = frame.p + frame.n * (0.5 * (section["clearance"] + section["thickness"]))
+        radial = App.Vector(outer.x - axis.x, outer.y - axis.y, 0)
+        distance = radial.Length
+        radial.normalize()
+        across = frame.t.cross(radial).normalize()
+        turned = App.Rotation(across, radial, across.cross(radial), "XYZ")
+        lines.append((App.Placement(outer, turned), distance))
+    foot = min([foot] + [SHORTEST_RIB * distance for _, distance in lines])
+    return [(placement, distance - foot) for placement, distance in lines]
 
 
 # --- Bodies --------------------------------------------------------------------------------------
@@ -308,6 +325,7 @@ class BodyBuilder:
     def build(self, body):
         """The App::Part of `body`; its object `<Name>Solid` is the finished solid."""
         self.name = body["name"].capitalize()
+        self.colour = COLOURS.get(body["name"], (0.8, 0.8, 0.8))
         self.part = self.document.addObject("App::Part", self.name)
         solid = None
         for operation, features in runs(body["features"]):
@@ -319,14 +337,18 @@ class BodyBuilder:
         if teeth:
             solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
         solid.Label = self.name + " solid"
-        self.finish(solid, COLOURS.get(body["name"], (0.8, 0.8, 0.8)))
+        solid.Visibility = True
+        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
+        self.part.Result = solid
         return self.part
 
     def new(self, kind, name, group=None):
         """A new hidden object in the part (and in `group`)."""
-        made = self.document.addObject(kind, re.sub(r"\W+", "", name.title()) or "Object")
+        made = self.document.addObject(kind, re.sub(r"\W+", "_", name.title()) or "Object")
         (group or self.part).addObject(made)
         made.Visibility = False
+        if App.GuiUp and hasattr(made.ViewObject, "ShapeColor"):
+            made.ViewObject.ShapeColor = self.colour  # booleans take theirs from their inputs
         return made
 
     def combine(self, operation, solid, tools):
@@ -359,45 +381,56 @@ class BodyBuilder:
         made.Label = "%s %s" % (self.name, feature["name"])
         return made
 
-    def follow(self, made, **lengths):
-        """Lets properties of `made` follow recipe expressions."""
-        for key, text in lengths.items():
-            made.setExpression(key, self.expression.length(text))
+    def follow(self, made, key, text):
+        """Lets a property of `made` follow a recipe expression. Constants are set instead: FreeCAD
+        0.20 skips constant expressions of a primitive at times."""
+        expression = self.expression.length(text)
+        if "Params." in expression:
+            made.setExpression(key, expression)
+            return
+        value = made.evalExpression(expression)
+        if key.startswith("Placement.Base."):
+            base = made.Placement.Base
+            setattr(base, key[-1], value.Value)
+            made.Placement.Base = base
+        else:
+            setattr(made, key, value)
 
     def stand(self, made, base, axis=(0, 0, 1)):
         """Puts `made` at `base` with its z along `axis`: turned about y, then about z."""
         axis = vector(axis).normalize()
         polar = math.degrees(math.acos(max(-1.0, min(1.0, axis.z))))
         azimuth = math.degrees(math.atan2(axis.y, axis.x))
-        turned = App.Rotation(App.Vector(0, 0, 1), azimuth).multiply(
+        made.Placement.Rotation = App.Rotation(App.Vector(0, 0, 1), azimuth).multiply(
             App.Rotation(App.Vector(0, 1, 0), polar))
-        made.Placement = App.Placement(App.Vector(0, 0, 0), turned)
         for coordinate, text in zip("xyz", base):
-            made.setExpression("Placement.Base." + coordinate, self.expression.length(text))
+            self.follow(made, "Placement.Base." + coordinate, text)
 
     def cone(self, name, shape, group):
         """Part::Cylinder where both radii are the same expression, else Part::Cone."""
         if shape["r0"] == shape["r1"]:
             made = self.new("Part::Cylinder", name, group)
-            self.follow(made, Radius=shape["r0"], Height=shape["length"])
+            self.follow(made, "Radius", shape["r0"])
         else:
             made = self.new("Part::Cone", name, group)
-            self.follow(made, Radius1=shape["r0"], Radius2=shape["r1"], Height=shape["length"])
+            self.follow(made, "Radius1", shape["r0"])
+            self.follow(made, "Radius2", shape["r1"])
+        self.follow(made, "Height", shape["length"])
         self.stand(made, shape["base"], shape["axis"])
         return made
 
     def block(self, name, shape, group):
         """Part::Box between two corners."""
         made = self.new("Part::Box", name, group)
-        sizes = ["(%s) - (%s)" % pair for pair in zip(shape["max"], shape["min"])]
-        self.follow(made, Length=sizes[0], Width=sizes[1], Height=sizes[2])
+        for key, high, low in zip(("Length", "Width", "Height"), shape["max"], shape["min"]):
+            self.follow(made, key, "(%s) - (%s)" % (high, low))
         self.stand(made, shape["min"])
         return made
 
     def ball(self, name, shape, group):
         """Part::Sphere."""
         made = self.new("Part::Sphere", name, group)
-        self.follow(made, Radius=shape["radius"])
+        self.follow(made, "Radius", shape["radius"])
         self.stand(made, shape["center"])
         return made
 
@@ -406,27 +439,30 @@ class BodyBuilder:
         made = self.new("Part::Prism", name, group)
         made.Polygon = shape["sides"]
         across = number(2 * math.cos(math.pi / shape["sides"]))
-        self.follow(made, Circumradius="(%s) / %s" % (shape["width"], across),
-                    Height=shape["length"])
+        self.follow(made, "Circumradius", "(%s) / %s" % (shape["width"], across))
+        self.follow(made, "Height", shape["length"])
         self.stand(made, shape["base"], shape["axis"])
         return made
 
     def teeth(self, gear):
-        """Lofts of all teeth and ribs of `gear`, grouped by sub-gear pair."""
-        digit, axis, inner_radius = gear_frame(self.design, gear)
-        lofts = []
+        """Every tooth of `gear` fused with its rib, grouped by sub-gear pair."""
+        digit, axis, foot = gear_frame(self.design, gear)
+        section = self.design["section"]
+        fins = []
         for k, pair in enumerate(self.design["sub_gear_pairs"], 1):
             band = self.new("App::DocumentObjectGroup", "%s Band %d" % (gear, k))
             band.Label = "%s teeth, sub-gear pair %d" % (self.name, k)
             for j, tooth in enumerate(pair["teeth"], 1):
-                name = "%s %d_%d" % (gear, k, j)
+                name = "%s %d.%d" % (self.name, k, j)
                 along = frames(tooth, digit, axis)
-                stations = [(frame.placement(), 1.0) for frame in along]
-                lofts.append(self.loft("Tooth " + name, self.tooth_section, stations, band))
-                lines = [rib_line(f, self.design["section"], axis, inner_radius) for f in along]
-                if min(length for _, length in lines) > 0.05 * inner_radius:
-                    lofts.append(self.loft("Rib " + name, self.rib_section, lines, band))
-        return lofts
+                fin = self.new("Part::MultiFuse", "Fin " + name, band)
+                beads = [(frame.placement(), 1.0) for frame in along]
+                ribs = rib_lines(frames(tooth, digit, axis, RIB_INSET), section, axis, foot)
+                fin.Shapes = [self.loft("Tooth " + name, self.tooth_section, beads, band),
+                              self.loft("Rib " + name, self.rib_section, ribs, band)]
+                fin.Label = "Fin " + name
+                fins.append(fin)
+        return fins
 
     def loft(self, name, section, stations, band):
         """A loft through links to `section`, one per (placement, stretch along y)."""
@@ -440,18 +476,10 @@ class BodyBuilder:
             link.ScaleVector = App.Vector(1, stretch, 1)
             links.append(link)
         made = self.new("Part::Loft", name, band)
-        made.Label = name.replace("_", ".")
+        made.Label = name
         made.Sections = links
         made.Solid = True
         return made
-
-    def finish(self, solid, colour):
-        """Marks `solid` as the visible result of the body."""
-        solid.Visibility = True
-        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
-        self.part.Result = solid
-        if App.GuiUp:
-            solid.ViewObject.ShapeColor = colour
 
 
 def runs(features):
@@ -467,11 +495,17 @@ def runs(features):
 
 def gear_frame(design, gear):
     """(digit of the gear's station fields, point on its axis, where its ribs end)."""
-    hub = design["settings"].get("hub", {})
+    settings = design["settings"]
+    hub, support = settings["hub"], settings["support"]
     if gear == "driver":
-        axis = App.Vector(-design["settings"]["gear"]["center_distance_mm"], 0, 0)
-        return "1", axis, hub.get("driver_radius_mm", 7.0) - 1.0
-    return "2", App.Vector(0, 0, 0), hub.get("follower_radius_mm", 5.5) - 1.0
+        axis = App.Vector(-settings["gear"]["center_distance_mm"], 0, 0)
+        return "1", axis, hub["driver_radius_mm"] - 1.0
+    if design["class"] in ("3R", "3R1T"):
+        foot = hub["follower_radius_mm"] - 1.0
+    else:  # between the pin's bore and the drum
+        bore = support["pin_radius_mm"] + settings["fit"]["joint_play_mm"]
+        foot = 0.5 * (bore + hub["follower_radius_mm"])
+    return "2", App.Vector(0, 0, 0), foot
 
 
 # --- Datums --------------------------------------------------------------------------------------

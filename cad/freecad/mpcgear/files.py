@@ -23,7 +23,7 @@ def solid_of(part):
     if len(solids) != 1:
         raise RuntimeError("%s: %d separate solids instead of one" % (part.Label, len(solids)))
     solid = solids[0].copy()
-    solid.check(True)
+    solid.check(os.environ.get("MPCGEAR_CHECK") == "full")  # True also finds self-intersections
     solid.Placement = part.Placement.multiply(solid.Placement)
     return solid
 
@@ -85,3 +85,14 @@ def run_headless(build, design, stem, folder):
     print("mpcgear: ok" if result["ok"] else "mpcgear: FAILED: " + result["error"])
     sys.stdout.flush()
     os._exit(0 if result["ok"] else 1)
+
+
+def show(document):
+    """With a window: fits the view, and says in words what did not recompute."""
+    import FreeCADGui as Gui
+
+    failures = broken(document)
+    if failures:
+        App.Console.PrintError("mpcgear: does not recompute: %s\n" % "; ".join(failures))
+    Gui.SendMsgToActiveView("ViewFit")
+    Gui.activeDocument().activeView().viewIsometric()

@@ -1,0 +1,248 @@
+//! FreeCAD: the macro that rebuilds a design as a parametric tree, and STEP by running it.
+//!
+//! The macro is the add-on's own builder (`cad/freecad/mpcgear`), inlined, with the design's
+//! numbers behind it; so the macro, the add-on and the STEP file are one and the same geometry.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use minijinja::{Environment, UndefinedBehavior, context};
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::design::Design;
+use crate::{Error, Result};
+
+const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
+const BUILDER: &str = include_str!("../../cad/freecad/mpcgear/builder.py");
+const FILES: &str = include_str!("../../cad/freecad/mpcgear/files.py");
+
+/// Every which contact station carries a section of the loft: lofts through every third one stay
+/// within 4e-4 mm of those through all and fuse twice as fast.
+const STATION_STEP: usize = 3;
+
+/// Decimals of the numbers in a macro, mm: far below any tolerance of FreeCAD (1e-7).
+const DECIMALS: i32 = 9;
+
+/// Longest line of the macro's numbers, characters; a contact station fits on one.
+const LINE: usize = 420;
+
+/// Name of the document and its files: the design's name in CamelCase, letters and digits only.
+pub fn stem(design: &Design) -> String {
+    let words = design.name.split(|c: char| !c.is_ascii_alphanumeric());
+    let camel: String = words
+        .filter_map(|word| {
+            let mut letters = word.chars();
+            let first = letters.next()?.to_ascii_uppercase();
+            Some(std::iter::once(first).chain(letters).collect::<String>())
+        })
+        .collect();
+    match camel.chars().next() {
+        Some(c) if c.is_ascii_alphabetic() => camel,
+        _ => format!("Gear{camel}"),
+    }
+}
+
+/// Text of `NAME.FCMacro` for a design that has its recipe; `date` (YYYY-MM-DD) goes into the header.
+///
+/// # Errors
+/// [`Error::Internal`] when the recipe is missing or the template fails.
+pub fn macro_text(design: &Design, date: &str) -> Result<String> {
+    if design.recipe.bodies.is_empty() {
+        return Err(Error::Internal(
+            "the design has no recipe to build from: build its solids first".into(),
+        ));
+    }
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let min_q = design.closure.iter().map(|s| s.q).reduce(f64::min);
+    environment
+        .render_str(
+            TEMPLATE,
+            context! {
+                stem => stem(design),
+                name => one_line(&design.name),
+                generator => one_line(&design.generator),
+                version => env!("CARGO_PKG_VERSION"),
+                date => date,
+                class => design.class.to_string(),
+                pairs => design.sub_gear_pairs.len(),
+                teeth => design.settings.gear.teeth,
+                distance => design.settings.gear.center_distance_mm,
+                min_q => min_q.map_or("not measured".into(), |q| format!("{q:.3}")),
+                builder => BUILDER.trim_end(),
+                files => FILES.trim_end(),
+                design => outline(&essence(design)?, 0),
+            },
+        )
+        .map_err(|e| Error::Internal(format!("FreeCAD macro: {e:#}")))
+}
+
+/// Text for a comment or a quoted string: no line ends, quotes or backslashes.
+fn one_line(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() || "\"'\\".contains(c) { ' ' } else { c })
+        .collect()
+}
+
+/// What the builder reads of a design: `design.json` without the motion, the search's variables and
+/// the print pieces, with every third station.
+fn essence(design: &Design) -> Result<Value> {
+    let mut slim = design.clone();
+    for pair in &mut slim.sub_gear_pairs {
+        pair.parameters.clear();
+        for tooth in &mut pair.teeth {
+            tooth.control_points.clear();
+            let last = tooth.stations.len().saturating_sub(1);
+            let mut index = 0..;
+            tooth.stations.retain(|_| {
+                let i = index.next().unwrap_or(0);
+                i % STATION_STEP == 0 || i == last
+            });
+        }
+    }
+    for body in &mut slim.recipe.bodies {
+        body.pieces.clear();
+    }
+    let mut value = serde_json::to_value(&slim)
+        .map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
+    if let Some(fields) = value.as_object_mut() {
+        fields.remove("motion");
+    }
+    round(&mut value);
+    Ok(value)
+}
+
+fn round(value: &mut Value) {
+    match value {
+        Value::Number(number) => {
+            let scale = 10f64.powi(DECIMALS);
+            let rounded = number.as_f64().map(|x| (x * scale).round() / scale + 0.0);
+            if !number.is_u64() && let Some(x) = rounded.and_then(serde_json::Number::from_f64) {
+                *number = x;
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(round),
+        Value::Object(fields) => fields.values_mut().for_each(round),
+        _ => {}
+    }
+}
+
+/// JSON with one line for everything that fits on one, indented by one space per level.
+fn outline(value: &Value, depth: usize) -> String {
+    let compact = value.to_string();
+    let inner = |lines: Vec<String>, (open, close): (char, char)| {
+        let pad = " ".repeat(depth + 1);
+        let body: Vec<String> = lines.iter().map(|line| format!("{pad}{line}")).collect();
+        format!("{open}\n{}\n{}{close}", body.join(",\n"), " ".repeat(depth))
+    };
+    match value {
+        _ if compact.len() <= LINE => compact,
+        Value::Array(items) => inner(
+            items.iter().map(|item| outline(item, depth + 1)).collect(),
+            ('[', ']'),
+        ),
+        Value::Object(fields) => inner(
+            fields
+                .iter()
+                .map(|(key, item)| format!("\"{key}\": {}", outline(item, depth + 1)))
+                .collect(),
+            ('{', '}'),
+        ),
+        _ => compact,
+    }
+}
+
+/// What a headless run of the macro left behind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Built {
+    /// The FreeCAD document.
+    pub document: PathBuf,
+    /// STEP AP214, mm, one named solid per part, in assembled position at the first phase.
+    pub step: PathBuf,
+    /// Volume of every part, mm³, by name in order of the recipe.
+    pub volumes: Vec<(String, f64)>,
+}
+
+/// The result file of a headless run.
+#[derive(Deserialize)]
+struct Outcome {
+    ok: bool,
+    #[serde(default)]
+    error: String,
+    #[serde(default)]
+    parts: std::collections::BTreeMap<String, PartFacts>,
+}
+
+#[derive(Deserialize)]
+struct PartFacts {
+    volume_mm3: f64,
+}
+
+/// How a macro is run without a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Headless<'a> {
+    /// FreeCAD's command line, usually `freecadcmd`.
+    pub program: &'a Path,
+    /// Where the files go; it has to exist.
+    pub folder: &'a Path,
+    /// Also look for self-intersections of every solid: takes as long as building them.
+    pub thorough: bool,
+}
+
+/// Builds a design's document with FreeCAD and leaves it, the STEP file and one STL per part in the
+/// folder; nothing is left there when it fails. `date` is for the macro's header.
+///
+/// # Errors
+/// [`Error::Io`] when FreeCAD cannot be started or a file cannot be written, [`Error::Internal`]
+/// with FreeCAD's reason when the parts do not come out as one valid solid each.
+pub fn run(design: &Design, date: &str, headless: &Headless) -> Result<Built> {
+    let &Headless {
+        program,
+        folder,
+        thorough,
+    } = headless;
+    let stem = stem(design);
+    let work = tempfile::Builder::new()
+        .prefix(".freecad")
+        .tempdir_in(folder)
+        .map_err(Error::io(folder))?;
+    let script = work.path().join(format!("{stem}.FCMacro"));
+    std::fs::write(&script, macro_text(design, date)?).map_err(Error::io(&script))?;
+    let output = Command::new(program)
+        .arg(&script)
+        .env("MPCGEAR_OUT", work.path())
+        .env("MPCGEAR_CHECK", if thorough { "full" } else { "" })
+        .env("HOME", work.path()) // FreeCAD writes its settings there
+        .output()
+        .map_err(Error::io(program))?;
+    let report = work.path().join(format!("{stem}.result.json"));
+    let outcome: Outcome = std::fs::read_to_string(&report)
+        .ok()
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .ok_or_else(|| {
+            let said = String::from_utf8_lossy(&output.stderr);
+            Error::Internal(format!("FreeCAD left no result: {}", said.trim()))
+        })?;
+    if !outcome.ok || !output.status.success() {
+        return Err(Error::Internal(format!("FreeCAD: {}", outcome.error)));
+    }
+    let keep = |name: String| -> Result<PathBuf> {
+        let target = folder.join(&name);
+        std::fs::rename(work.path().join(&name), &target).map_err(Error::io(&target))?;
+        Ok(target)
+    };
+    let volumes: Vec<(String, f64)> = outcome
+        .parts
+        .into_iter()
+        .map(|(name, facts)| (name, facts.volume_mm3))
+        .collect();
+    for (name, _) in &volumes {
+        keep(format!("{stem}-{name}.stl"))?;
+    }
+    Ok(Built {
+        document: keep(format!("{stem}.FCStd"))?,
+        step: keep(format!("{stem}.step"))?,
+        volumes,
+    })
+}

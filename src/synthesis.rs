@@ -1,0 +1,171 @@
+//! From chosen bands to the serialised [`Design`]: finely traced teeth, splines, Q over the period.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::closure::{Wrench, measure, wrench};
+use crate::contact::{Contact, Grid, Trace, spline, trace};
+use crate::design::{ClosureSample, Design, FORMAT, Gear, Section, Station, SubGearPair, ToothPair};
+use crate::motion::{Motion, MotionFile};
+use crate::settings::Settings;
+use crate::solid::recipe::Recipe;
+use crate::sub_gear::{BandLaw, in_body};
+use crate::{Error, Result};
+
+/// Integration steps a tooth: stations are this plus one. The curve is then known well enough that
+/// its derivative can be taken from the stations to 1e-6 mm/rad.
+pub const STEPS: usize = 200;
+
+/// Control points of the exported locus splines.
+const CONTROL_POINTS: usize = 8;
+
+/// Builds the design of `bands`; the recipe stays empty until the solids are built.
+///
+/// # Errors
+/// [`Error::Internal`] when a band cannot be traced (the search only hands over bands that can).
+pub fn design(file: &MotionFile, motion: &Motion, bands: &[BandLaw]) -> Result<Design> {
+    let settings = &file.settings;
+    let grid = Grid::new(motion, &settings.gear, STEPS);
+    let traces: Vec<Vec<Trace>> = bands
+        .par_iter()
+        .map(|band| {
+            (0..settings.gear.teeth)
+                .map(|j| {
+                    trace(&grid, j, &band.at(&grid, j))
+                        .ok_or_else(|| Error::Internal(format!("tooth {} degenerates", j + 1)))
+                })
+                .collect()
+        })
+        .collect::<Result<_>>()?;
+    let sub_gear_pairs = bands
+        .iter()
+        .zip(&traces)
+        .map(|(band, teeth)| SubGearPair {
+            parameters: band.to_parameters(),
+            teeth: teeth.iter().enumerate().map(|(j, t)| tooth_pair(&grid, j, t)).collect(),
+        })
+        .collect();
+    Ok(Design {
+        format: FORMAT,
+        generator: env!("CARGO_PKG_VERSION").into(),
+        name: file.name.clone(),
+        class: file.class,
+        settings: settings.clone(),
+        motion: file.source.clone(),
+        sub_gear_pairs,
+        section: section(settings),
+        recipe: Recipe::default(),
+        closure: closure(motion, settings, &grid, &traces),
+        problems: Vec::new(),
+    })
+}
+
+fn section(settings: &Settings) -> Section {
+    Section {
+        thickness: settings.gear.tooth_thickness_mm,
+        flank_radius: settings.gear.flank_radius_mm,
+        tip: settings.gear.tip_mm,
+        root: settings.gear.root_mm,
+        clearance: settings.fit.clearance_mm,
+        rib: settings.spokes.thickness_mm,
+    }
+}
+
+fn tooth_pair(grid: &Grid, j: usize, contacts: &[Contact]) -> ToothPair {
+    let stations = contacts
+        .iter()
+        .enumerate()
+        .map(|(i, c)| {
+            let (p1, n1, t1) = in_body(grid, j, i, c, Gear::Driver);
+            let (p2, n2, t2) = in_body(grid, j, i, c, Gear::Follower);
+            Station {
+                phi: c.phi,
+                p: c.p.into(),
+                n: c.n.into(),
+                p1: p1.into(),
+                n1: n1.into(),
+                t1: t1.normalize().into(),
+                p2: p2.into(),
+                n2: n2.into(),
+                t2: t2.normalize().into(),
+            }
+        })
+        .collect();
+    let locus: Vec<Vector3<f64>> = contacts.iter().map(|c| c.p).collect();
+    let (control_points, fit_error) = spline::fit(&locus, CONTROL_POINTS);
+    ToothPair {
+        phi_start: contacts[0].phi,
+        phi_end: contacts[contacts.len() - 1].phi,
+        control_points: control_points.into_iter().map(Into::into).collect(),
+        fit_error,
+        stations,
+    }
+}
+
+/// Q at the R samples of each of the J subintervals (Eq. 11), counting tooth j within subinterval j.
+fn closure(motion: &Motion, settings: &Settings, grid: &Grid, traces: &[Vec<Trace>]) -> Vec<ClosureSample> {
+    let (teeth, samples) = (settings.gear.teeth, settings.gear.samples);
+    let (class, dof) = (motion.class(), motion.class().dof());
+    let pitch = std::f64::consts::TAU / teeth as f64;
+    (0..teeth * samples)
+        .map(|i| {
+            let (j, r) = (i / samples, i % samples);
+            let phi = (j as f64 + r as f64 / samples as f64) * pitch;
+            let centre = motion.joint_centre(phi);
+            let measured = |length: f64| -> (f64, f64) {
+                let wrenches: Vec<Wrench> = traces
+                    .iter()
+                    .map(|band| {
+                        let (p, n) = at(&band[j], grid, phi);
+                        wrench(class, p, n, centre, length)
+                    })
+                    .collect();
+                let mean = wrenches
+                    .iter()
+                    .map(|w| w.iter().map(|x| x * x).sum::<f64>().sqrt())
+                    .sum::<f64>()
+                    / wrenches.len() as f64;
+                (measure(&wrenches, dof), mean)
+            };
+            let (q, _) = measured(1.0);
+            let (q_star, mean) = measured(0.5 * grid.center_distance);
+            ClosureSample { phi, q, q_star, eta: dof as f64 * q_star / mean }
+        })
+        .collect()
+}
+
+/// Contact point and normal at `phi`, between the two nearest contacts of the trace.
+fn at(trace: &[Contact], grid: &Grid, phi: f64) -> (Vector3<f64>, Vector3<f64>) {
+    let step = 2.0 * grid.half_interval / grid.steps as f64;
+    let x = ((phi - trace[0].phi) / step).clamp(0.0, grid.steps as f64);
+    let i = (x as usize).min(grid.steps - 1);
+    let (a, b, f) = (&trace[i], &trace[i + 1], x - i as f64);
+    (a.p.lerp(&b.p, f), a.n.lerp(&b.n, f).normalize())
+}
+
+/// Largest |n·v_rel(p)| and |n·T²| over all stations, mm/rad. T² is taken from the stations
+/// themselves by central differences of sixth order, so that the figure does not rest on the
+/// derivatives the construction used. NaN counts as infinite.
+pub fn conjugation_residual(design: &Design, motion: &Motion) -> f64 {
+    let l = design.settings.gear.center_distance_mm;
+    let mut worst = 0.0_f64;
+    let mut note = |x: f64| worst = if x.is_finite() { worst.max(x.abs()) } else { f64::INFINITY };
+    for tooth in design.sub_gear_pairs.iter().flat_map(|pair| &pair.teeth) {
+        let s = &tooth.stations;
+        for i in 0..s.len() {
+            let (p, n) = (Vector3::from(s[i].p), Vector3::from(s[i].n));
+            let follower = motion.state(s[i].phi);
+            let driver = crate::motion::MotionState::driver(l, s[i].phi);
+            note(n.dot(&(follower.velocity(p) - driver.velocity(p))));
+            if i >= 3 && i + 3 < s.len() {
+                let at = |k: usize| Vector3::from(s[k].p);
+                let h = s[i + 1].phi - s[i].phi;
+                let rate = (45.0 * (at(i + 1) - at(i - 1)) - 9.0 * (at(i + 2) - at(i - 2))
+                    + (at(i + 3) - at(i - 3)))
+                    / (60.0 * h);
+                note(n.dot(&(rate - follower.velocity(p))));
+            }
+        }
+    }
+    worst
+}
