@@ -82,7 +82,10 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
 
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
-    let (wanted, draws) = (scaled(if spherical { USABLE } else { USABLE_ON_PIN }), scaled(DRAWS));
+    let (wanted, draws) = (
+        scaled(if spherical { USABLE } else { USABLE_ON_PIN }),
+        scaled(DRAWS),
+    );
     let mut drawn = 0;
     let mut stop = StopReason::Finished;
     while candidates.len() < wanted && drawn < draws {
@@ -93,8 +96,12 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
             *flaws.entry(flaw).or_insert(0) += count;
         }
         let done = (candidates.len() as f64 / wanted as f64).max(drawn as f64 / draws as f64);
-        let progress =
-            Progress { stage: "candidate bands", done, candidates: candidates.len(), best_q: None };
+        let progress = Progress {
+            stage: "candidate bands",
+            done,
+            candidates: candidates.len(),
+            best_q: None,
+        };
         if observer(&progress).is_break() {
             stop = StopReason::Stopped;
             break;
@@ -102,7 +109,11 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     }
     candidates.truncate(wanted);
     if candidates.is_empty() {
-        return Err(if stop == StopReason::Stopped { Error::Interrupted } else { no_band(&flaws, drawn) });
+        return Err(if stop == StopReason::Stopped {
+            Error::Interrupted
+        } else {
+            no_band(&flaws, drawn)
+        });
     }
 
     let pool = Pool::new(&workshop, &candidates);
@@ -114,15 +125,30 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     let mut best: Vec<Team> = Vec::new();
     for k in counts {
         let mut report = |done: f64, q: Option<f64>, stage: &'static str| {
-            observer(&Progress { stage, done, candidates: candidates.len(), best_q: q }).is_break()
+            observer(&Progress {
+                stage,
+                done,
+                candidates: candidates.len(),
+                best_q: q,
+            })
+            .is_break()
         };
         if report(0.0, None, "combining bands") && stop == StopReason::Finished {
             stop = StopReason::Stopped;
         }
-        let starts = if stop == StopReason::Stopped { 8 } else { scaled(STARTS) };
+        let starts = if stop == StopReason::Stopped {
+            8
+        } else {
+            scaled(STARTS)
+        };
         let choices = pool.best(seed, k, starts);
         let mut teams: Vec<Team> = distinct(&choices)
-            .map(|c| Team::new(&workshop, c.bands.iter().map(|&i| candidates[i].clone()).collect()))
+            .map(|c| {
+                Team::new(
+                    &workshop,
+                    c.bands.iter().map(|&i| candidates[i].clone()).collect(),
+                )
+            })
             .collect();
         let generations = scaled(GENERATIONS);
         let work = (teams.len() * generations) as f64;
@@ -133,14 +159,20 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
                 }
                 teams[i].improve(&workshop, seed.wrapping_add(i as u64));
                 let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
-                if report((i * generations + generation) as f64 / work, Some(q), "polish") {
+                if report(
+                    (i * generations + generation) as f64 / work,
+                    Some(q),
+                    "polish",
+                ) {
                     stop = StopReason::Stopped;
                 }
             }
         }
         best.extend(teams);
         best.sort_by(|a, b| b.q.total_cmp(&a.q));
-        let closed = best.first().is_some_and(|t| t.q > settings.gear.closure_threshold);
+        let closed = best
+            .first()
+            .is_some_and(|t| t.q > settings.gear.closure_threshold);
         if closed || stop == StopReason::Stopped {
             break;
         }
@@ -167,7 +199,11 @@ fn distinct(choices: &[select::Choice]) -> impl Iterator<Item = &select::Choice>
     let mut kept: Vec<&select::Choice> = Vec::new();
     for choice in choices {
         let new = kept.iter().all(|other| {
-            let common = choice.bands.iter().filter(|b| other.bands.contains(b)).count();
+            let common = choice
+                .bands
+                .iter()
+                .filter(|b| other.bands.contains(b))
+                .count();
             2 * common <= choice.bands.len()
         });
         if new {
@@ -206,7 +242,10 @@ fn no_band(flaws: &BTreeMap<Flaw, usize>, drawn: usize) -> Error {
 fn no_choice(candidates: &[Candidate], settings: &Settings) -> Error {
     Error::Infeasible {
         reason: "no set of bands fits side by side on the gears".into(),
-        place: format!("{} usable bands, none of which go together as wanted", candidates.len()),
+        place: format!(
+            "{} usable bands, none of which go together as wanted",
+            candidates.len()
+        ),
         hint: format!(
             "smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
             settings.gear.tooth_thickness_mm, settings.search.effort
