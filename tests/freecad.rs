@@ -61,8 +61,16 @@ fn macro_agrees_with_the_mesh(class: Class) {
             .expect("part");
         let mesh = body.mesh.volume();
         let off = (volume - mesh).abs() / mesh;
-        println!("{class} {}: FreeCAD {volume:.2}, mesh {mesh:.2}, {:.3} %", body.name, 100.0 * off);
-        assert!(off < 0.005, "{}: {volume} in FreeCAD, {mesh} as mesh", body.name);
+        println!(
+            "{class} {}: FreeCAD {volume:.2}, mesh {mesh:.2}, {:.3} %",
+            body.name,
+            100.0 * off
+        );
+        assert!(
+            off < 0.005,
+            "{}: {volume} in FreeCAD, {mesh} as mesh",
+            body.name
+        );
     }
 }
 
@@ -92,6 +100,10 @@ fn writes_sample_macros() {
         let (design, _) = built(class, 10);
         let text = freecad::macro_text(&design, DATE).expect("renders");
         std::fs::write(format!("/tmp/fc/{}.FCMacro", freecad::stem(&design)), text).unwrap();
-        std::fs::write(format!("/tmp/fc/{}.json", freecad::stem(&design)), serde_json::to_string(&design).unwrap()).unwrap();
+        std::fs::write(
+            format!("/tmp/fc/{}.json", freecad::stem(&design)),
+            serde_json::to_string(&design).unwrap(),
+        )
+        .unwrap();
     }
 }

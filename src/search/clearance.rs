@@ -259,13 +259,17 @@ impl Scene {
             let follower = band.bead_axis(grid, j, Gear::Follower, radius, 1);
             let near = |phase: &&Phase| self.meshes(j as u8, phase.phi);
             self.phases.iter().filter(near).all(|phase| {
-                let placed: Vec<_> =
-                    follower.iter().map(|&c| phase.follower_in_driver.apply(c)).collect();
+                let placed: Vec<_> = follower
+                    .iter()
+                    .map(|&c| phase.follower_in_driver.apply(c))
+                    .collect();
                 if closest(&driver, &placed) <= limit {
                     return false;
                 }
-                let back: Vec<_> =
-                    driver.iter().map(|&c| phase.driver_in_follower.apply(c)).collect();
+                let back: Vec<_> = driver
+                    .iter()
+                    .map(|&c| phase.driver_in_follower.apply(c))
+                    .collect();
                 let reach = radius + self.rib_radius + RIB_GAP;
                 beside_ribs(&driver, self.axis(Gear::Driver), &placed) > reach
                     && beside_ribs(&follower, self.axis(Gear::Follower), &back) > reach
