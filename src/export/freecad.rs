@@ -81,7 +81,13 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
 /// Text for a comment or a quoted string: no line ends, quotes or backslashes.
 fn one_line(text: &str) -> String {
     text.chars()
-        .map(|c| if c.is_control() || "\"'\\".contains(c) { ' ' } else { c })
+        .map(|c| {
+            if c.is_control() || "\"'\\".contains(c) {
+                ' '
+            } else {
+                c
+            }
+        })
         .collect()
 }
 
@@ -104,8 +110,8 @@ fn essence(design: &Design) -> Result<Value> {
     for body in &mut slim.recipe.bodies {
         body.pieces.clear();
     }
-    let mut value = serde_json::to_value(&slim)
-        .map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
+    let mut value =
+        serde_json::to_value(&slim).map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
     if let Some(fields) = value.as_object_mut() {
         fields.remove("motion");
     }
@@ -118,7 +124,9 @@ fn round(value: &mut Value) {
         Value::Number(number) => {
             let scale = 10f64.powi(DECIMALS);
             let rounded = number.as_f64().map(|x| (x * scale).round() / scale + 0.0);
-            if !number.is_u64() && let Some(x) = rounded.and_then(serde_json::Number::from_f64) {
+            if !number.is_u64()
+                && let Some(x) = rounded.and_then(serde_json::Number::from_f64)
+            {
                 *number = x;
             }
         }
