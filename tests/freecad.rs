@@ -39,7 +39,7 @@ fn is_here(program: &str, arguments: &[&str], name: &str) -> bool {
 }
 
 fn freecad_is_here() -> bool {
-    is_here("freecadcmd", &["--version"], "FreeCAD (freecadcmd)")
+    is_here("freecadcmd", &["-c", "import os; os._exit(0)"], "FreeCAD")
 }
 
 /// A script of these tests.
