@@ -540,6 +540,9 @@ def follower_poses(design):
     poses = {}
     for j in range(len(pairs[0]["teeth"])):
         for rows in zip(*(pair["teeth"][j]["stations"] for pair in pairs)):
+            if max(row["phi"] for row in rows) - min(row["phi"] for row in rows) > 1e-6:
+                raise ValueError("tooth %d: the sub-gear pairs have contact at different angles"
+                                 % (j + 1))
             phi = rows[0]["phi"] % (2 * math.pi)
             first = vector(rows[0]["n"])
             other = max(rows[1:], key=lambda row: first.cross(vector(row["n"])).Length)

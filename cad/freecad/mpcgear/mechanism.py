@@ -98,13 +98,13 @@ def components(part):
     """[(label, shape where it stands)]: the hub and every fin of a part, or its whole solid."""
     result = part.Result
     pieces = [result]
-    if any(piece.Label.startswith("Fin ") for piece in getattr(result, "Shapes", [])):
+    if any(piece.Name.startswith("Fin_") for piece in getattr(result, "Shapes", [])):
         pieces = result.Shapes
     placed = []
     for piece in pieces:
         shape = piece.Shape.copy()
         shape.Placement = part.Placement.multiply(shape.Placement)
-        label = piece.Label if piece.Label.startswith("Fin ") else part.Label
+        label = piece.Label if piece.Name.startswith("Fin_") else part.Label
         placed.append((label, shape))
     return placed
 
