@@ -13,7 +13,7 @@ import FreeCAD as App
 
 sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
 
-from mpcgear import builder, files, mechanism, open_design  # noqa: E402
+from mpcgear import files, mechanism, open_design, parameters, poses  # noqa: E402
 
 
 def same(a, b, tolerance):
@@ -32,7 +32,7 @@ def volumes(document):
 
 
 def expressions_keep_their_units():
-    term = builder.Expression({"a", "b"}).length
+    term = parameters.Expression({"a", "b"}).length
     box = App.newDocument("Units").addObject("Part::Box", "Box")
     for text, value in (("3", 3), ("-(2 + 1) * 2", -6), ("7 / 2", 3.5), ("-40 - -2", -38)):
         assert same(box.evalExpression(term(text)).Value, value, 1e-9), text
@@ -84,7 +84,7 @@ def sees_clearance_and_overlap(document):
     teeth = [c for c in near if "Fin Driver" in c.first and "Fin Follower" in c.second]
     assert teeth and all(c.overlap == 0 for c in near), [str(c) for c in near]
     assert same(min(c.gap for c in teeth), 0.1, 0.01), [str(c) for c in teeth]
-    document.Driver.Placement = builder.driver_placement(gear.distance, gear.phi + 0.05)
+    document.Driver.Placement = poses.driver_placement(gear.distance, gear.phi + 0.05)
     forced = [c for c in gear.clearance() if c.overlap > mechanism.TOUCH]
     assert forced, "turning the driver alone has to make its teeth hit the follower"
     gear.move(gear.phi)

@@ -5,7 +5,7 @@ import math
 
 import FreeCAD as App
 
-from . import builder
+from . import poses
 
 TURN = 2 * math.pi
 PARTS = ("Driver", "Follower", "Support", "Slider")
@@ -49,7 +49,7 @@ class Mechanism:
         """Turns the driver to φ (rad), moves follower and slider along, and returns Q."""
         self.phi = phi % TURN
         pose, q = self.at(phi)
-        builder.place(self.document, self.distance, phi, pose)
+        poses.place(self.document, self.distance, phi, pose)
         return q
 
     def parts(self):
