@@ -370,14 +370,15 @@ def runs(features):
 def gear_frame(design, gear):
     """(digit of the gear's station fields, point on its axis, where its ribs end)."""
     settings = design["settings"]
-    hub, support = settings["hub"], settings["support"]
+    hub = settings["hub"]
     if gear == "driver":
         axis = App.Vector(-settings["gear"]["center_distance_mm"], 0, 0)
         return "1", axis, hub["driver_radius_mm"] - 1.0
     if design["class"] in ("3R", "3R1T"):
         foot = hub["follower_radius_mm"] - 1.0
     else:  # between the pin's bore and the drum
-        bore = support["pin_radius_mm"] + settings["fit"]["joint_play_mm"]
+        value = {p["name"]: p["value"] for p in design["recipe"]["parameters"]}
+        bore = value["pin_radius"] + settings["fit"]["joint_play_mm"]
         foot = 0.5 * (bore + hub["follower_radius_mm"])
     return "2", App.Vector(0, 0, 0), foot
 
