@@ -199,7 +199,7 @@ fn macro_is_the_same_every_time_and_carries_its_header() {
             .any(|l| l.starts_with(&format!("__{field}__ = \"")));
         assert!(found, "__{field}__ is missing");
     }
-    assert_eq!(freecad::stem(&design), "Uniform1R");
+    assert_eq!(freecad::stem(&design), "Synthetic1R");
 }
 
 #[test]

