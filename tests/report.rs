@@ -7,11 +7,12 @@ use std::path::PathBuf;
 
 use mpcgear::design::Design;
 use mpcgear::export::compare;
-use mpcgear::export::report::{self, Claim, FileLink, Part, ReportInput};
-use mpcgear::load::sensitivity::sensitivity;
-use mpcgear::load::{Load, Sampling, analyse};
+use mpcgear::export::evidence::Evidence;
+use mpcgear::export::report::{self, Claim, ReportInput};
+use mpcgear::export::{File, Source};
+use mpcgear::load::Load;
 use mpcgear::motion::{Class, Motion};
-use mpcgear::solid::{Mesh, Solids};
+use mpcgear::solid::Solids;
 use mpcgear::stats::{self, Format};
 
 fn scratch(name: &str) -> PathBuf {
@@ -41,30 +42,8 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         ..Load::default()
     };
     let motion = Motion::new(design.class, &design.motion).unwrap();
-    let sampling = Sampling::default();
-    let load = analyse(&design, &motion, &design.settings.load, sampling).unwrap();
-    let few = Sampling {
-        count: 40,
-        ..sampling
-    };
-    let errors = sensitivity(&design, &motion, &design.settings.load, few).unwrap();
     let solids = Solids::build(&design, &motion).unwrap();
-    let placed = solids
-        .bodies
-        .iter()
-        .map(|b| solids.placed(b, &design, &motion, 0.0));
-    let meshes: Vec<Mesh> = placed.collect();
     design.recipe = solids.recipe.clone();
-    let parts: Vec<Part> = solids
-        .bodies
-        .iter()
-        .zip(&meshes)
-        .map(|(body, mesh)| Part {
-            label: &body.name,
-            carrier: body.carrier,
-            mesh,
-        })
-        .collect();
     let claim = |name: &str, meaning: &str, figure: &str| Claim {
         name: name.into(),
         meaning: meaning.into(),
@@ -73,28 +52,14 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         place: "φ = 12.0°".into(),
         holds: true,
     };
-    use_it(&ReportInput {
-        design: &design,
-        motion: &motion,
-        sampling,
-        parts: &parts,
-        claims: &[
-            claim("no overlap", "No two parts ever share space.", "0 mm³"),
-            claim(
-                "no escape",
-                "The follower cannot be moved with the motor held.",
-                "0 of 2304",
-            ),
-        ],
-        load: Some(&load),
-        sensitivity: Some(&errors),
-        files: &[FileLink {
-            path: "print/driver.stl".into(),
-            note: "print upright".into(),
-            group: "Print".into(),
-        }],
-        motion_file: "name = \"<b>bold</b> </script>\"\n",
-    })
+    let source = Source { design: &design, motion: &motion, solids: Some(&solids) };
+    let claims = vec![
+        claim("no overlap", "No two parts ever share space.", "0 mm³"),
+        claim("no escape", "The follower cannot be moved with the motor held.", "0 of 2304"),
+    ];
+    let files = [File::new("print/driver.stl", ""), File::new("parts.md", "")];
+    let evidence = Evidence::gather(&source, claims, &files).unwrap();
+    use_it(&evidence.input(&source, "name = \"<b>bold</b> </script>\"\n"))
 }
 
 #[test]
@@ -403,4 +368,19 @@ fn designs_are_compared_on_one_page() {
         );
         assert!(series.values.iter().all(Option::is_some));
     }
+}
+
+#[test]
+fn a_draft_without_solids_or_teeth_still_has_a_report() {
+    let mut draft = revolute();
+    draft.sub_gear_pairs[1].teeth.truncate(4);
+    draft.problems = vec!["no compatible second band".into()];
+    let motion = Motion::new(draft.class, &draft.motion).unwrap();
+    let source = Source { design: &draft, motion: &motion, solids: None };
+    let evidence = Evidence::gather(&source, Vec::new(), &[]).unwrap();
+    assert!(evidence.load.is_none() && evidence.sensitivity.is_none());
+    let html = report::html(&evidence.input(&source, "")).unwrap();
+    assert!(html.contains("<b>Draft.</b>") && html.contains("no compatible second band"));
+    let seen = in_browser(&html, "draft.html");
+    assert!(seen.errors.is_empty(), "{:?}", seen.errors);
 }
