@@ -21,6 +21,7 @@ fn scratch(name: &str) -> PathBuf {
 
 fn design(class: Class) -> Design {
     let (mut design, _) = synthetic::uniform(class);
+    design.name = format!("uniform {class}");
     design.closure = known::closure_of(&design);
     design
 }
