@@ -1,4 +1,5 @@
 //! The report as a browser shows it.
+#![allow(clippy::unwrap_used)] // in helpers too a failed step is a failed test
 
 mod known;
 mod synthetic;
@@ -53,10 +54,18 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         place: "φ = 12.0°".into(),
         holds: true,
     };
-    let source = Source { design: &design, motion: &motion, solids: Some(&solids) };
+    let source = Source {
+        design: &design,
+        motion: &motion,
+        solids: Some(&solids),
+    };
     let claims = vec![
         claim("no overlap", "No two parts ever share space.", "0 mm³"),
-        claim("no escape", "The follower cannot be moved with the motor held.", "0 of 2304"),
+        claim(
+            "no escape",
+            "The follower cannot be moved with the motor held.",
+            "0 of 2304",
+        ),
     ];
     let files = [File::new("print/driver.stl", ""), File::new("parts.md", "")];
     let evidence = Evidence::gather(&source, claims, &files).unwrap();
@@ -65,7 +74,7 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
 
 #[test]
 fn the_report_is_one_small_file_without_links_to_the_network() {
-    let text = with_input(revolute(), |input| report::html(input)).unwrap();
+    let text = with_input(revolute(), report::html).unwrap();
     assert!(text.len() < 10_000_000, "{} bytes", text.len());
     for link in ["src=\"http", "href=\"http", "url(http", "@import", "fetch("] {
         assert!(!text.contains(link), "{link}");
@@ -178,7 +187,7 @@ fn a_browser_shows_the_mechanism_moves_it_and_plots_the_figures() {
             .fold(f64::INFINITY, f64::min),
         Motion::new(design.class, &design.motion).unwrap(),
     );
-    let html = with_input(design, |input| report::html(input)).unwrap();
+    let html = with_input(design, report::html).unwrap();
     let seen = in_browser(&html, "spherical.html");
     assert!(seen.errors.is_empty(), "{:?}", seen.errors);
     assert!(
@@ -377,7 +386,11 @@ fn a_draft_without_solids_or_teeth_still_has_a_report() {
     draft.sub_gear_pairs[1].teeth.truncate(4);
     draft.problems = vec!["no compatible second band".into()];
     let motion = Motion::new(draft.class, &draft.motion).unwrap();
-    let source = Source { design: &draft, motion: &motion, solids: None };
+    let source = Source {
+        design: &draft,
+        motion: &motion,
+        solids: None,
+    };
     let evidence = Evidence::gather(&source, Vec::new(), &[]).unwrap();
     assert!(evidence.load.is_none() && evidence.sensitivity.is_none());
     let html = report::html(&evidence.input(&source, "")).unwrap();

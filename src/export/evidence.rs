@@ -40,9 +40,14 @@ impl Evidence {
             mesh: body.mesh.moved(&body.carrier.pose(motion, l, 0.0)),
             ..body.clone()
         };
-        let few = Sampling { count: ERROR_ANGLES, ..Sampling::default() };
+        let few = Sampling {
+            count: ERROR_ANGLES,
+            ..Sampling::default()
+        };
         Ok(Evidence {
-            bodies: source.solids.map_or(Vec::new(), |s| s.bodies.iter().map(place).collect()),
+            bodies: source
+                .solids
+                .map_or(Vec::new(), |s| s.bodies.iter().map(place).collect()),
             load: where_closed(analyse(design, motion, settings, Sampling::default()))?,
             sensitivity: where_closed(sensitivity(design, motion, settings, few))?,
             claims,
@@ -90,7 +95,11 @@ fn link(file: &File) -> Option<FileLink> {
         "poses.csv" => ("Data", "pose of the follower at every degree"),
         _ => ("Further files", ""),
     };
-    Some(FileLink { path, note: note.into(), group: group.into() })
+    Some(FileLink {
+        path,
+        note: note.into(),
+        group: group.into(),
+    })
 }
 
 /// Verdicts of the proof on the meshes, of the closure samples and of the conjugation `residual`
@@ -103,16 +112,23 @@ pub fn claims(source: &Source, proof: Option<&Proof>, residual: f64) -> Vec<Clai
     let degrees = |phi: f64| format!("φ = {:.1}°", phi.to_degrees());
     let mut claims = vec![Claim {
         name: "true contact".into(),
-        meaning: "Touching teeth roll and slide on each other without lifting off or digging in.".into(),
+        meaning: "Touching teeth roll and slide on each other without lifting off or digging in."
+            .into(),
         figure: format!("{residual:.1e} mm/rad"),
         limit: format!("{:.0e} mm/rad", crate::pipeline::RESIDUAL_LIMIT),
         place: String::new(),
         holds: residual <= crate::pipeline::RESIDUAL_LIMIT,
     }];
-    if let Some(worst) = source.design.closure.iter().min_by(|a, b| a.q.total_cmp(&b.q)) {
+    if let Some(worst) = source
+        .design
+        .closure
+        .iter()
+        .min_by(|a, b| a.q.total_cmp(&b.q))
+    {
         claims.push(Claim {
             name: "held at every moment".into(),
-            meaning: "The contacts leave the follower no direction to move in, all the way round.".into(),
+            meaning: "The contacts leave the follower no direction to move in, all the way round."
+                .into(),
             figure: format!("Q = {:.3}", worst.q),
             limit: format!("above {}", gear.closure_threshold),
             place: degrees(worst.phi),
@@ -130,25 +146,41 @@ pub fn claims(source: &Source, proof: Option<&Proof>, residual: f64) -> Vec<Clai
                 None => "they meet".into(),
             },
             limit: "no overlap".into(),
-            place: pair.overlap_at.or(pair.doubts.first().copied()).unwrap_or(pair.gap_at).to_string(),
+            place: pair
+                .overlap_at
+                .or(pair.doubts.first().copied())
+                .unwrap_or(pair.gap_at)
+                .to_string(),
             holds: pair.holds(),
         });
     }
     claims.push(Claim {
         name: "no escape".into(),
-        meaning: "Pushed a little in any direction with the motor held, the follower hits a tooth.".into(),
-        figure: format!("{} of {} tries escape", proof.escapes.len(), proof.displacements),
+        meaning: "Pushed a little in any direction with the motor held, the follower hits a tooth."
+            .into(),
+        figure: format!(
+            "{} of {} tries escape",
+            proof.escapes.len(),
+            proof.displacements
+        ),
         limit: "0".into(),
-        place: proof.escapes.first().map_or(String::new(), |e| degrees(e.phi)),
+        place: proof
+            .escapes
+            .first()
+            .map_or(String::new(), |e| degrees(e.phi)),
         holds: proof.escapes.is_empty() && proof.displacements > 0,
     });
     for (body, wall) in &proof.walls {
         claims.push(Claim {
             name: format!("walls of the {body}"),
             meaning: "Nothing is too thin to be printed.".into(),
-            figure: wall.map_or("all thicker".into(), |w| format!("{:.2} mm", w.thickness_mm)),
+            figure: wall.map_or("all thicker".into(), |w| {
+                format!("{:.2} mm", w.thickness_mm)
+            }),
             limit: format!("{} mm", proof.minimum_wall_mm),
-            place: wall.map_or(String::new(), |w| format!("({:.1}, {:.1}, {:.1}) mm", w.at[0], w.at[1], w.at[2])),
+            place: wall.map_or(String::new(), |w| {
+                format!("({:.1}, {:.1}, {:.1}) mm", w.at[0], w.at[1], w.at[2])
+            }),
             holds: wall.is_none_or(|w| w.thickness_mm >= proof.minimum_wall_mm),
         });
     }
@@ -160,7 +192,10 @@ pub fn claims(source: &Source, proof: Option<&Proof>, residual: f64) -> Vec<Clai
             n => format!("{n} defects"),
         },
         limit: "none".into(),
-        place: proof.mesh_problems.first().map_or(String::new(), ToString::to_string),
+        place: proof
+            .mesh_problems
+            .first()
+            .map_or(String::new(), ToString::to_string),
         holds: proof.mesh_problems.is_empty(),
     });
     claims

@@ -246,12 +246,19 @@ fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Scene<'a> {
         [t.x, t.y, t.z, q.w, q.i, q.j, q.k]
     });
     // A draft may lack teeth: it is shown without contacts.
-    let at_all: Result<Vec<Configuration>> = angles.iter().map(|&phi| Configuration::at(design, motion, phi)).collect();
+    let at_all: Result<Vec<Configuration>> = angles
+        .iter()
+        .map(|&phi| Configuration::at(design, motion, phi))
+        .collect();
     let at_all = at_all.unwrap_or_default();
     let contacts = (0..design.sub_gear_pairs.len())
         .filter(|_| !at_all.is_empty())
         .map(|k| at_all.iter().map(move |at| &at.contacts[k]))
-        .map(|track| track.map(|c| [c.p.x, c.p.y, c.p.z, c.n.x, c.n.y, c.n.z]).collect())
+        .map(|track| {
+            track
+                .map(|c| [c.p.x, c.p.y, c.p.z, c.n.x, c.n.y, c.n.z])
+                .collect()
+        })
         .collect();
     Scene {
         name: &design.name,
