@@ -5,7 +5,7 @@ mod synthetic;
 use std::path::Path;
 
 use mpcgear::design::Design;
-use mpcgear::export::freecad;
+use mpcgear::export::freecad::{self, Headless};
 use mpcgear::motion::Class;
 use mpcgear::solid::Solids;
 
@@ -15,10 +15,10 @@ const DATE: &str = "2026-01-01";
 const TEETH: usize = 2;
 
 /// A synthetic design with its recipe, and its solids.
-fn built(class: Class) -> (Design, Solids) {
+fn built(class: Class, teeth: usize) -> (Design, Solids) {
     let (mut design, motion) = synthetic::uniform(class);
     for pair in &mut design.sub_gear_pairs {
-        pair.teeth.truncate(TEETH);
+        pair.teeth.truncate(teeth);
     }
     let solids = Solids::build(&design, &motion).expect("builds");
     design.recipe = solids.recipe.clone();
@@ -44,11 +44,14 @@ fn macro_agrees_with_the_mesh(class: Class) {
     if !freecad_is_here() {
         return;
     }
-    let (design, solids) = built(class);
-    let text = freecad::macro_text(&design, DATE).expect("renders");
+    let (design, solids) = built(class, TEETH);
     let folder = tempfile::tempdir().expect("folder");
-    let stem = freecad::stem(&design);
-    let made = freecad::run(&text, &stem, folder.path(), Path::new("freecadcmd")).expect("runs");
+    let headless = Headless {
+        program: Path::new("freecadcmd"),
+        folder: folder.path(),
+        thorough: true,
+    };
+    let made = freecad::run(&design, DATE, &headless).expect("runs");
     assert_eq!(made.volumes.len(), solids.bodies.len());
     for body in &solids.bodies {
         let (_, volume) = made
@@ -86,7 +89,7 @@ fn macro_of_3r1t_agrees_with_the_mesh() {
 #[test]
 fn writes_sample_macros() {
     for class in Class::ALL {
-        let (design, _) = built(class);
+        let (design, _) = built(class, 10);
         let text = freecad::macro_text(&design, DATE).expect("renders");
         std::fs::write(format!("/tmp/fc/{}.FCMacro", freecad::stem(&design)), text).unwrap();
         std::fs::write(format!("/tmp/fc/{}.json", freecad::stem(&design)), serde_json::to_string(&design).unwrap()).unwrap();

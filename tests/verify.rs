@@ -17,7 +17,11 @@ fn mesh_of(solid: &Manifold) -> Mesh {
     let gl = solid.get_mesh_gl64(-1);
     let stride = gl.num_prop as usize;
     Mesh {
-        vertices: gl.vert_properties.chunks(stride).map(|v| [v[0], v[1], v[2]]).collect(),
+        vertices: gl
+            .vert_properties
+            .chunks(stride)
+            .map(|v| [v[0], v[1], v[2]])
+            .collect(),
         triangles: gl
             .tri_verts
             .chunks(3)
@@ -27,8 +31,11 @@ fn mesh_of(solid: &Manifold) -> Mesh {
 }
 
 fn block(lo: [f64; 3], hi: [f64; 3]) -> Manifold {
-    Manifold::cube(Vec3::new(hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]), false)
-        .translate(Vec3::new(lo[0], lo[1], lo[2]))
+    Manifold::cube(
+        Vec3::new(hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]),
+        false,
+    )
+    .translate(Vec3::new(lo[0], lo[1], lo[2]))
 }
 
 /// Cylinder about z, centred at the origin.
@@ -41,19 +48,37 @@ fn ball(radius: f64, at: [f64; 3]) -> Manifold {
 }
 
 fn body(name: &str, carrier: Carrier, solid: &Manifold) -> SolidBody {
-    SolidBody { name: name.into(), mesh: mesh_of(solid), carrier }
+    SolidBody {
+        name: name.into(),
+        mesh: mesh_of(solid),
+        carrier,
+    }
 }
 
 /// Driver turning by φ about x = −25, follower by −φ about z: the uniform motion.
 fn proof_of(class: Class, bodies: &[SolidBody], settings: &ProofSettings, q: f64) -> Proof {
     let motion = Motion::new(class, &MotionSource::Uniform {}).unwrap();
-    let mechanism = Mechanism { motion: &motion, center_distance: 25.0 };
-    let closure = [ClosureSample { phi: 0.0, q, q_star: q, eta: 1.0 }];
-    prove(bodies, &mechanism, (settings, &closure), &mut |_, _| ControlFlow::Continue(())).unwrap()
+    let mechanism = Mechanism {
+        motion: &motion,
+        center_distance: 25.0,
+    };
+    let closure = [ClosureSample {
+        phi: 0.0,
+        q,
+        q_star: q,
+        eta: 1.0,
+    }];
+    prove(bodies, &mechanism, (settings, &closure), &mut |_, _| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
 }
 
 fn kinds(mesh: &Mesh) -> Vec<Defect> {
-    mesh::problems("toy", mesh).iter().map(|p| p.defect).collect()
+    mesh::problems("toy", mesh)
+        .iter()
+        .map(|p| p.defect)
+        .collect()
 }
 
 #[test]
@@ -62,7 +87,12 @@ fn gap_of_two_balls_is_the_distance_of_their_surfaces() {
     // at each other, at φ = π for the follower's ball, while the driver's is then at x = −35.
     let driver = body("driver", Carrier::Driver, &ball(2.0, [-25.0, 0.0, 0.0]));
     let follower = body("follower", Carrier::Follower, &ball(3.0, [12.0, 0.0, 0.0]));
-    let proof = proof_of(Class::R1, &[driver, follower], &ProofSettings::default(), 1.0);
+    let proof = proof_of(
+        Class::R1,
+        &[driver, follower],
+        &ProofSettings::default(),
+        1.0,
+    );
     let pair = &proof.pairs[0];
     // At φ = π the centres are 13 apart; the facets of 96 segments lose at most 0.003 mm each.
     assert!((pair.gap_mm - 8.0).abs() < 0.01, "{}", pair.gap_mm);
@@ -75,13 +105,38 @@ fn gap_of_two_balls_is_the_distance_of_their_surfaces() {
 
 #[test]
 fn shared_volume_of_two_blocks() {
-    let support = body("support", Carrier::Support, &block([10.0, -1.0, 0.0], [12.0, 1.0, 1.0]));
-    let driver = body("driver", Carrier::Driver, &block([-60.0, -1.0, -1.0], [-50.0, 1.0, 1.0]));
-    let follower = body("follower", Carrier::Follower, &block([-11.0, -0.5, 0.5], [0.0, 0.5, 3.0]));
-    let proof = proof_of(Class::R1, &[driver, follower, support], &ProofSettings::default(), 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["follower", "support"]).unwrap();
+    let support = body(
+        "support",
+        Carrier::Support,
+        &block([10.0, -1.0, 0.0], [12.0, 1.0, 1.0]),
+    );
+    let driver = body(
+        "driver",
+        Carrier::Driver,
+        &block([-60.0, -1.0, -1.0], [-50.0, 1.0, 1.0]),
+    );
+    let follower = body(
+        "follower",
+        Carrier::Follower,
+        &block([-11.0, -0.5, 0.5], [0.0, 0.5, 3.0]),
+    );
+    let proof = proof_of(
+        Class::R1,
+        &[driver, follower, support],
+        &ProofSettings::default(),
+        1.0,
+    );
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["follower", "support"])
+        .unwrap();
     // At φ = 180°: [10, 11] × [−.5, .5] × [.5, 1].
-    assert!(pair.colliding_steps > 5 && pair.colliding_steps < 30, "{}", pair.colliding_steps);
+    assert!(
+        pair.colliding_steps > 5 && pair.colliding_steps < 30,
+        "{}",
+        pair.colliding_steps
+    );
     let volume = pair.overlap_mm3.unwrap();
     assert!(volume > 0.3 && volume <= 0.51, "{volume}");
     assert!((pair.overlap_at.unwrap().phi - PI).abs() < 0.2);
@@ -90,21 +145,55 @@ fn shared_volume_of_two_blocks() {
 
 #[test]
 fn a_body_inside_another_is_found_without_surface_contact() {
-    let driver = body("driver", Carrier::Driver, &block([-60.0, -1.0, -1.0], [-50.0, 1.0, 1.0]));
+    let driver = body(
+        "driver",
+        Carrier::Driver,
+        &block([-60.0, -1.0, -1.0], [-50.0, 1.0, 1.0]),
+    );
     let follower = body("follower", Carrier::Follower, &ball(1.0, [0.0; 3]));
     let support = body("support", Carrier::Support, &ball(5.0, [0.0; 3]));
-    let proof = proof_of(Class::R1, &[driver, follower, support], &ProofSettings::default(), 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["follower", "support"]).unwrap();
+    let proof = proof_of(
+        Class::R1,
+        &[driver, follower, support],
+        &ProofSettings::default(),
+        1.0,
+    );
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["follower", "support"])
+        .unwrap();
     assert_eq!(pair.gap_mm, 0.0);
     assert_eq!(pair.colliding_steps, 360);
     assert!((pair.overlap_mm3.unwrap() - 4.0 / 3.0 * PI).abs() < 0.02);
     // A ball in a hollow one is not inside its material.
-    let hollow = body("support", Carrier::Support, &ball(5.0, [0.0; 3]).difference(&ball(1.2, [0.0; 3])));
-    let driver = body("driver", Carrier::Driver, &block([-60.0, -1.0, -1.0], [-50.0, 1.0, 1.0]));
+    let hollow = body(
+        "support",
+        Carrier::Support,
+        &ball(5.0, [0.0; 3]).difference(&ball(1.2, [0.0; 3])),
+    );
+    let driver = body(
+        "driver",
+        Carrier::Driver,
+        &block([-60.0, -1.0, -1.0], [-50.0, 1.0, 1.0]),
+    );
     let follower = body("follower", Carrier::Follower, &ball(1.0, [0.0; 3]));
-    let proof = proof_of(Class::R1, &[driver, follower, hollow], &ProofSettings::default(), 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["follower", "support"]).unwrap();
-    assert!((pair.gap_mm - 0.2).abs() < 0.01 && pair.holds(), "{}", pair.gap_mm);
+    let proof = proof_of(
+        Class::R1,
+        &[driver, follower, hollow],
+        &ProofSettings::default(),
+        1.0,
+    );
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["follower", "support"])
+        .unwrap();
+    assert!(
+        (pair.gap_mm - 0.2).abs() < 0.01 && pair.holds(),
+        "{}",
+        pair.gap_mm
+    );
 }
 
 /// A fast pointer that passes through a thin post between two sampled phases.
@@ -112,31 +201,68 @@ fn a_body_inside_another_is_found_without_surface_contact() {
 fn a_collision_between_samples_is_not_missed() {
     let phi = (100.5_f64).to_radians();
     let post = |radius: f64| {
-        cylinder(4.0, radius, radius, 24)
-            .translate(Vec3::new(-25.0 + 20.0 * phi.cos(), 20.0 * phi.sin(), 0.0))
+        cylinder(4.0, radius, radius, 24).translate(Vec3::new(
+            -25.0 + 20.0 * phi.cos(),
+            20.0 * phi.sin(),
+            0.0,
+        ))
     };
     let follower = body("follower", Carrier::Follower, &ball(1.0, [20.0, 0.0, 30.0]));
-    let pointer = body("driver", Carrier::Driver, &block([-25.0, -0.05, -1.0], [-4.0, 0.05, 1.0]));
+    let pointer = body(
+        "driver",
+        Carrier::Driver,
+        &block([-25.0, -0.05, -1.0], [-4.0, 0.05, 1.0]),
+    );
     let thin = body("support", Carrier::Support, &post(0.05));
     let bodies = [pointer, follower, thin];
     let proof = proof_of(Class::R1, &bodies, &ProofSettings::default(), 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["driver", "support"]).unwrap();
-    assert_eq!(pair.colliding_steps, 0, "the samples must miss it, or this tests nothing");
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["driver", "support"])
+        .unwrap();
+    assert_eq!(
+        pair.colliding_steps, 0,
+        "the samples must miss it, or this tests nothing"
+    );
     assert!(pair.gap_mm > 0.05);
     assert_eq!(pair.doubts.len(), 1);
     assert!((pair.doubts[0].phi - phi).abs() < 0.01, "{:?}", pair.doubts);
     assert!(!pair.holds());
     // Out of the pointer's way it is proven clear, though it is nearer than a step of the tip.
-    let clear = cylinder(4.0, 0.05, 0.05, 24)
-        .translate(Vec3::new(-25.0 + 21.1 * phi.cos(), 21.1 * phi.sin(), 0.0));
-    let bodies = [bodies[0].clone(), bodies[1].clone(), body("support", Carrier::Support, &clear)];
+    let clear = cylinder(4.0, 0.05, 0.05, 24).translate(Vec3::new(
+        -25.0 + 21.1 * phi.cos(),
+        21.1 * phi.sin(),
+        0.0,
+    ));
+    let bodies = [
+        bodies[0].clone(),
+        bodies[1].clone(),
+        body("support", Carrier::Support, &clear),
+    ];
     let proof = proof_of(Class::R1, &bodies, &ProofSettings::default(), 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["driver", "support"]).unwrap();
-    assert!(pair.holds() && pair.gap_mm < 0.2, "{} {:?}", pair.gap_mm, pair.doubts);
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["driver", "support"])
+        .unwrap();
+    assert!(
+        pair.holds() && pair.gap_mm < 0.2,
+        "{} {:?}",
+        pair.gap_mm,
+        pair.doubts
+    );
     // Grown by 0.06 mm each they would meet.
-    let grown = ProofSettings { grown_by_mm: 0.06, ..ProofSettings::default() };
+    let grown = ProofSettings {
+        grown_by_mm: 0.06,
+        ..ProofSettings::default()
+    };
     let proof = proof_of(Class::R1, &bodies, &grown, 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["driver", "support"]).unwrap();
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["driver", "support"])
+        .unwrap();
     assert!(!pair.holds());
 }
 
@@ -151,9 +277,17 @@ fn a_shaft_in_its_bore_is_proven_clear_all_the_way_round() {
         body("support", Carrier::Support, &plate),
     ];
     let proof = proof_of(Class::R1, &bodies, &ProofSettings::default(), 1.0);
-    let pair = proof.pairs.iter().find(|p| p.bodies == ["driver", "support"]).unwrap();
+    let pair = proof
+        .pairs
+        .iter()
+        .find(|p| p.bodies == ["driver", "support"])
+        .unwrap();
     let sag = 4.15 * (1.0 - (PI / 128.0).cos());
-    assert!(pair.gap_mm > 0.15 - sag - 1e-6 && pair.gap_mm < 0.15 + sag, "{}", pair.gap_mm);
+    assert!(
+        pair.gap_mm > 0.15 - sag - 1e-6 && pair.gap_mm < 0.15 + sag,
+        "{}",
+        pair.gap_mm
+    );
     assert!(pair.holds(), "{:?}", pair.doubts);
 }
 
@@ -184,7 +318,12 @@ fn escapes_of(walls: [bool; 2]) -> Proof {
         body("follower", Carrier::Follower, &pin()),
     ];
     // Only φ = 0 is a fork-and-pin position; Q = 10 mm is the lever arm.
-    let settings = ProofSettings { escape_phases: 1, phases: 1, clearance_mm: 0.1, ..ProofSettings::default() };
+    let settings = ProofSettings {
+        escape_phases: 1,
+        phases: 1,
+        clearance_mm: 0.1,
+        ..ProofSettings::default()
+    };
     proof_of(Class::R1, &bodies, &settings, 10.0)
 }
 
@@ -203,14 +342,29 @@ fn a_gripped_pin_cannot_escape_and_a_free_one_does() {
         body("driver", Carrier::Driver, &fork(0.05, [true, true])),
         body("follower", Carrier::Follower, &pin()),
     ];
-    let settings = ProofSettings { escape_phases: 1, phases: 1, ..ProofSettings::default() };
-    assert_eq!(proof_of(Class::R1, &bodies, &settings, 0.0).escapes.len(), 2);
-    assert_eq!(proof_of(Class::R1, &bodies, &settings, f64::NAN).escapes.len(), 2);
+    let settings = ProofSettings {
+        escape_phases: 1,
+        phases: 1,
+        ..ProofSettings::default()
+    };
+    assert_eq!(
+        proof_of(Class::R1, &bodies, &settings, 0.0).escapes.len(),
+        2
+    );
+    assert_eq!(
+        proof_of(Class::R1, &bodies, &settings, f64::NAN)
+            .escapes
+            .len(),
+        2
+    );
 }
 
 #[test]
 fn walls_are_found_and_edges_are_not_walls() {
-    let settings = WallSettings { up_to: 3.0, spacing: 0.15 };
+    let settings = WallSettings {
+        up_to: 3.0,
+        spacing: 0.15,
+    };
     let thinnest = |solid: &Manifold| thickness::thinnest(&mesh_of(solid), &settings);
     // A plate.
     let plate = thinnest(&block([0.0; 3], [20.0, 15.0, 0.5])).unwrap();
@@ -218,7 +372,8 @@ fn walls_are_found_and_edges_are_not_walls() {
     // A thick block: nothing below 3 mm, though its edges and corners are sharp.
     assert_eq!(thinnest(&block([0.0; 3], [20.0, 15.0, 4.0])), None);
     // A wedge-shaped edge of 45° is not a thin wall.
-    let wedge = block([0.0; 3], [20.0, 20.0, 20.0]).trim_by_plane(Vec3::new(1.0, 0.0, 1.0), 14.142135);
+    let wedge =
+        block([0.0; 3], [20.0, 20.0, 20.0]).trim_by_plane(Vec3::new(1.0, 0.0, 1.0), 14.142135);
     assert_eq!(thinnest(&wedge), None);
     // A bore close to a face leaves a web of 0.4 mm.
     let bore = cylinder(30.0, 3.0, 3.0, 96).translate(Vec3::new(10.0, 3.4, 0.0));
@@ -229,11 +384,14 @@ fn walls_are_found_and_edges_are_not_walls() {
     let groove = block([-5.0, -30.0, -5.0], [5.0, 30.0, 5.0])
         .rotate(0.0, 45.0, 0.0)
         .translate(Vec3::new(0.0, 0.0, 0.6 + 5.0 * 2.0_f64.sqrt()));
-    let notch = thinnest(&block([-15.0, -10.0, 0.0], [15.0, 10.0, 6.0]).difference(&groove)).unwrap();
-    assert!(notch.thickness_mm > 0.599 && notch.thickness_mm < 0.75, "{notch:?}");
+    let notch =
+        thinnest(&block([-15.0, -10.0, 0.0], [15.0, 10.0, 6.0]).difference(&groove)).unwrap();
+    assert!(
+        notch.thickness_mm > 0.599 && notch.thickness_mm < 0.75,
+        "{notch:?}"
+    );
     // A tube and a thin rod.
-    let tube = cylinder(10.0, 5.0, 5.0, 128)
-        .difference(&cylinder(12.0, 4.2, 4.2, 128));
+    let tube = cylinder(10.0, 5.0, 5.0, 128).difference(&cylinder(12.0, 4.2, 4.2, 128));
     let tube = thinnest(&tube).unwrap();
     assert!((tube.thickness_mm - 0.8).abs() < 0.02, "{tube:?}");
     let rod = thinnest(&cylinder(10.0, 0.9, 0.9, 48)).unwrap();
@@ -249,29 +407,53 @@ fn mesh_defects_are_named() {
         change(&mut mesh);
         kinds(&mesh)
     };
-    assert_eq!(spoil(&|m| { m.triangles.pop(); }), vec![Defect::Open]);
+    assert_eq!(
+        spoil(&|m| {
+            m.triangles.pop();
+        }),
+        vec![Defect::Open]
+    );
     assert_eq!(spoil(&|m| m.triangles[3].swap(0, 1)), vec![Defect::Flipped]);
-    assert_eq!(spoil(&|m| m.triangles.iter_mut().for_each(|t| t.swap(0, 1))), vec![Defect::InsideOut]);
+    assert_eq!(
+        spoil(&|m| m.triangles.iter_mut().for_each(|t| t.swap(0, 1))),
+        vec![Defect::InsideOut]
+    );
     assert_eq!(spoil(&|m| m.triangles.clear()), vec![Defect::Empty]);
-    assert_eq!(spoil(&|m| m.vertices[2][1] = f64::NAN), vec![Defect::Unreadable]);
-    assert_eq!(spoil(&|m| m.triangles[0][1] = 1_000_000), vec![Defect::Unreadable]);
+    assert_eq!(
+        spoil(&|m| m.vertices[2][1] = f64::NAN),
+        vec![Defect::Unreadable]
+    );
+    assert_eq!(
+        spoil(&|m| m.triangles[0][1] = 1_000_000),
+        vec![Defect::Unreadable]
+    );
     assert!(spoil(&|m| m.triangles[5] = [m.triangles[5][0]; 3]).contains(&Defect::Degenerate));
     let append = |a: &Mesh, b: &Mesh| {
         let mut both = a.clone();
         let shift = both.vertices.len() as u32;
         both.vertices.extend(&b.vertices);
-        both.triangles.extend(b.triangles.iter().map(|t| t.map(|i| i + shift)));
+        both.triangles
+            .extend(b.triangles.iter().map(|t| t.map(|i| i + shift)));
         both
     };
     let apart = mesh_of(&ball(1.0, [9.0; 3]));
     assert_eq!(kinds(&append(&good, &apart)), vec![Defect::Disconnected]);
     let crossing = mesh_of(&ball(1.0, [2.0, 1.6, 2.1]));
     let crossed = kinds(&append(&good, &crossing));
-    assert_eq!(crossed, vec![Defect::Disconnected, Defect::SelfIntersecting]);
+    assert_eq!(
+        crossed,
+        vec![Defect::Disconnected, Defect::SelfIntersecting]
+    );
     // Two blocks that share one edge only, and two that share one corner only.
-    let edge = append(&mesh_of(&block([0.0; 3], [1.0; 3])), &mesh_of(&block([1.0, 1.0, 0.0], [2.0, 2.0, 1.0])));
+    let edge = append(
+        &mesh_of(&block([0.0; 3], [1.0; 3])),
+        &mesh_of(&block([1.0, 1.0, 0.0], [2.0, 2.0, 1.0])),
+    );
     assert!(kinds(&edge).contains(&Defect::NonManifold));
-    let corner = append(&mesh_of(&block([0.0; 3], [1.0; 3])), &mesh_of(&block([1.0; 3], [2.0; 3])));
+    let corner = append(
+        &mesh_of(&block([0.0; 3], [1.0; 3])),
+        &mesh_of(&block([1.0; 3], [2.0; 3])),
+    );
     assert!(kinds(&corner).contains(&Defect::NonManifold));
     // A vertex pulled through the opposite side.
     let mut pulled = mesh_of(&ball(1.0, [0.0; 3]));
@@ -286,11 +468,23 @@ fn a_stopped_proof_says_so() {
         body("follower", Carrier::Follower, &ball(1.0, [0.0; 3])),
     ];
     let motion = Motion::new(Class::R1, &MotionSource::Uniform {}).unwrap();
-    let mechanism = Mechanism { motion: &motion, center_distance: 25.0 };
-    let closure = [ClosureSample { phi: 0.0, q: 1.0, q_star: 1.0, eta: 1.0 }];
+    let mechanism = Mechanism {
+        motion: &motion,
+        center_distance: 25.0,
+    };
+    let closure = [ClosureSample {
+        phi: 0.0,
+        q: 1.0,
+        q_star: 1.0,
+        eta: 1.0,
+    }];
     let settings = (&ProofSettings::default(), closure.as_slice());
     let stopped = prove(&bodies, &mechanism, settings, &mut |what, _| {
-        if what == "overlap" { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if what == "overlap" {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     });
     assert!(matches!(stopped, Err(mpcgear::Error::Interrupted)));
 }

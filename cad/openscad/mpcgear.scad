@@ -51,8 +51,11 @@ function level_norm(v) = norm([v.x, v.y]);
 
 // The four corners of a rib at every station: a wall from the bead's middle, `depth` behind the
 // contact point, straight towards the gear's axis through `axis`, ending `foot` from the axis.
-function rib_rings(stations, rib, depth, axis, foot) =
+function rib_rings(all_stations, rib, depth, axis, foot) =
     let (
+        // Two stations at both ends are left free: thin corners would stand where rib and tooth end.
+        last = len(all_stations) - 1,
+        stations = last >= 8 ? [for (i = [2 : last - 2]) all_stations[i]] : all_stations,
         outer = [for (s = stations) s[0] + depth * s[1]],
         reach = [for (o = outer) level_norm(o - axis)],
         inner_radius = min(foot, 0.8 * min(reach))

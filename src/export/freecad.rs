@@ -179,23 +179,41 @@ struct PartFacts {
     volume_mm3: f64,
 }
 
-/// Runs the macro with FreeCAD's command line `program` (usually `freecadcmd`) and leaves the
-/// document, the STEP file and one STL per part in `folder`; nothing is left there when it fails.
+/// How a macro is run without a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Headless<'a> {
+    /// FreeCAD's command line, usually `freecadcmd`.
+    pub program: &'a Path,
+    /// Where the files go; it has to exist.
+    pub folder: &'a Path,
+    /// Also look for self-intersections of every solid: takes as long as building them.
+    pub thorough: bool,
+}
+
+/// Builds a design's document with FreeCAD and leaves it, the STEP file and one STL per part in the
+/// folder; nothing is left there when it fails. `date` is for the macro's header.
 ///
 /// # Errors
-/// [`Error::Io`] when `program` cannot be started or a file cannot be written, [`Error::Internal`]
+/// [`Error::Io`] when FreeCAD cannot be started or a file cannot be written, [`Error::Internal`]
 /// with FreeCAD's reason when the parts do not come out as one valid solid each.
-pub fn run(macro_text: &str, stem: &str, folder: &Path, program: &Path) -> Result<Built> {
+pub fn run(design: &Design, date: &str, headless: &Headless) -> Result<Built> {
+    let &Headless {
+        program,
+        folder,
+        thorough,
+    } = headless;
+    let stem = stem(design);
     let work = tempfile::Builder::new()
         .prefix(".freecad")
         .tempdir_in(folder)
         .map_err(Error::io(folder))?;
     let script = work.path().join(format!("{stem}.FCMacro"));
-    std::fs::write(&script, macro_text).map_err(Error::io(&script))?;
+    std::fs::write(&script, macro_text(design, date)?).map_err(Error::io(&script))?;
     let output = Command::new(program)
         .arg(&script)
         .env("MPCGEAR_OUT", work.path())
-        .env("HOME", work.path())
+        .env("MPCGEAR_CHECK", if thorough { "full" } else { "" })
+        .env("HOME", work.path()) // FreeCAD writes its settings there
         .output()
         .map_err(Error::io(program))?;
     let report = work.path().join(format!("{stem}.result.json"));

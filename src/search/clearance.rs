@@ -163,7 +163,7 @@ impl Scene {
         self.clear_of_follower_hub(&driver)?;
         let sweep = self.sweep(&follower)?;
         let field = Field::new(&driver, self.cell, self.bead_radius + self.gap);
-        if !sweep.clears(&field, self.gap, true) {
+        if !sweep.clears(&field, self.gap, true) || !self.mates_clear(band, grid) {
             return Err(Flaw::Teeth);
         }
         Ok(Swept { field, sweep })
@@ -249,11 +249,108 @@ impl Scene {
         Ok(sweep)
     }
 
+    /// Whether the beads of each tooth and its mate, as round bars along their axes, nowhere sink into
+    /// each other by more than [`SINK`], at any phase near their contact.
+    fn mates_clear(&self, band: &Band, grid: &Grid) -> bool {
+        let radius = self.bead_depths[0];
+        let limit = 2.0 * radius - SINK;
+        (0..band.teeth.len()).all(|j| {
+            let driver = band.bead_axis(grid, j, Gear::Driver, radius, 1);
+            let follower = band.bead_axis(grid, j, Gear::Follower, radius, 1);
+            let near = |phase: &&Phase| self.meshes(j as u8, phase.phi);
+            self.phases.iter().filter(near).all(|phase| {
+                let placed: Vec<_> =
+                    follower.iter().map(|&c| phase.follower_in_driver.apply(c)).collect();
+                if closest(&driver, &placed) <= limit {
+                    return false;
+                }
+                let back: Vec<_> =
+                    driver.iter().map(|&c| phase.driver_in_follower.apply(c)).collect();
+                let reach = radius + self.rib_radius + RIB_GAP;
+                beside_ribs(&driver, self.axis(Gear::Driver), &placed) > reach
+                    && beside_ribs(&follower, self.axis(Gear::Follower), &back) > reach
+            })
+        })
+    }
+
     /// Whether driver teeth of either band stay clear of follower teeth of the other.
     pub fn compatible(&self, a: &Swept, b: &Swept) -> bool {
         a.sweep.clears(&b.field, self.gap, false) && b.sweep.clears(&a.field, self.gap, false)
     }
 }
+
+/// Distance of `points` from the middle surface of the rib under `bead`, a wall of level lines from the
+/// bead towards the gear's axis; only what lies between bead and axis counts, the bead is tested by
+/// itself.
+fn beside_ribs(bead: &[Vector3<f64>], axis: Vector3<f64>, points: &[Vector3<f64>]) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for pair in bead.windows(2) {
+        let (a, b) = (pair[0] - axis, pair[1] - axis);
+        let (low, high) = (a.z.min(b.z), a.z.max(b.z));
+        for point in points {
+            let p = point - axis;
+            if p.z < low || p.z > high || high - low < 1e-9 {
+                continue;
+            }
+            let f = (p.z - a.z) / (b.z - a.z);
+            let edge = a.lerp(&b, f);
+            let (r, edge_r) = (p.xy().norm(), edge.xy().norm());
+            if r >= edge_r {
+                continue;
+            }
+            // Across the wall: level distance from the line, less where the wall leans.
+            let across = (edge.x * p.y - edge.y * p.x) / edge_r;
+            let turn = (a.x * b.y - a.y * b.x) / (a.xy().norm() * b.xy().norm());
+            let lean = turn * r / (b.z - a.z);
+            nearest = nearest.min(across.abs() / lean.hypot(1.0));
+        }
+    }
+    nearest
+}
+
+/// Distance of two chains of points taken as polylines: the nearest pair of points, refined on the
+/// segments around it.
+fn closest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    let mut nearest = (f64::INFINITY, 0, 0);
+    for (i, p) in a.iter().enumerate() {
+        for (k, q) in b.iter().enumerate() {
+            let d = (p - q).norm_squared();
+            if d < nearest.0 {
+                nearest = (d, i, k);
+            }
+        }
+    }
+    let (mut best, i, k) = nearest;
+    for s in i.saturating_sub(1)..(i + 1).min(a.len() - 1) {
+        for t in k.saturating_sub(1)..(k + 1).min(b.len() - 1) {
+            best = best.min(segments([a[s], a[s + 1]], [b[t], b[t + 1]]));
+        }
+    }
+    best.sqrt()
+}
+
+/// Squared distance of two segments, by alternating projection from their middles: exact enough for
+/// nearly parallel pieces of a bead, and never below the true distance.
+fn segments([a0, a1]: [Vector3<f64>; 2], [b0, b1]: [Vector3<f64>; 2]) -> f64 {
+    let project = |p: Vector3<f64>, o: Vector3<f64>, e: Vector3<f64>| {
+        let d = e - o;
+        o + d * ((p - o).dot(&d) / d.norm_squared()).clamp(0.0, 1.0)
+    };
+    let mut p = (a0 + a1) * 0.5;
+    let mut q = project(p, b0, b1);
+    for _ in 0..6 {
+        p = project(q, a0, a1);
+        q = project(p, b0, b1);
+    }
+    (p - q).norm_squared()
+}
+
+/// Depth to which beads may seem to sink into each other between sampled phases, mm: a fraction of
+/// the default clearance.
+const SINK: f64 = 0.02;
+
+/// Least gap between a bead and its mate's rib, mm.
+const RIB_GAP: f64 = 0.02;
 
 /// Teeth further than this from their contact are behind their gear, rad.
 const MESH_WINDOW: f64 = 1.3;

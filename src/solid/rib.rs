@@ -11,6 +11,18 @@ use crate::{Error, Result};
 /// the bead's distance.
 const SHORTEST: f64 = 0.8;
 
+/// Frames left out at both ends of a tooth: rib and bead end in planes of different slant, and where
+/// they met they would leave thin corners.
+pub const INSET: usize = 2;
+
+/// The frames that the rib spans: all but [`INSET`] at both ends, where there are enough.
+pub fn span(frames: &[Frame]) -> &[Frame] {
+    match frames.len() > 4 * INSET {
+        true => &frames[INSET..frames.len() - INSET],
+        false => frames,
+    }
+}
+
 /// The two ends of the rib's middle line at one station, and the unit vector across it: from the
 /// bead's centre horizontally to `inner_radius` from the hub axis through `axis`; the wall is
 /// `section.rib` thick along T × radial, hence everywhere within the bead's shadow.
@@ -41,6 +53,7 @@ pub fn rib(
     (axis, inner_radius): (Vector3<f64>, f64),
     place: &str,
 ) -> Result<Mesh> {
+    let frames = span(frames);
     let half = 0.5 * section.rib;
     let nearest = frames
         .iter()

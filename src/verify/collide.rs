@@ -52,7 +52,12 @@ impl Affine {
 
 impl Drift {
     /// Most that points of a box can approach along `n` within ±`half` (rad) of the phase.
-    fn of_box(&self, n: Vector3<f64>, (centre, extent): (Vector3<f64>, Vector3<f64>), half: f64) -> f64 {
+    fn of_box(
+        &self,
+        n: Vector3<f64>,
+        (centre, extent): (Vector3<f64>, Vector3<f64>),
+        half: f64,
+    ) -> f64 {
         let along = |field: &Affine| {
             let spread = (field.matrix.transpose() * n).abs().dot(&extent);
             (n.dot(&field.at(centre)), spread)
@@ -83,14 +88,23 @@ impl Drift {
 impl<'a> Placed<'a> {
     /// `pose` takes points of `second` into the frame of `first`.
     pub fn new(first: &'a Tree, second: &'a Tree, pose: Pose) -> Placed<'a> {
-        Placed { first, second, pose, turned: pose.rotation.abs() }
+        Placed {
+            first,
+            second,
+            pose,
+            turned: pose.rotation.abs(),
+        }
     }
 
     /// A place of the two surfaces closer than `within` that no other place undercuts by more than
     /// the share `slack` of its distance; stops at the first that touches. `hint` is a pair that
     /// was near at a neighbouring pose.
     pub fn nearest(&self, within: f64, slack: f64, hint: Option<(usize, usize)>) -> Option<Near> {
-        let mut search = Search { within, keep: 1.0 - slack, best: None };
+        let mut search = Search {
+            within,
+            keep: 1.0 - slack,
+            best: None,
+        };
         if let Some(pair) = hint {
             self.offer(pair, &self.second_triangle(pair.1), &mut search);
         }
@@ -168,8 +182,7 @@ impl<'a> Placed<'a> {
         // Separation along either triangle's plane is the cheap proof, along the line of closest
         // points the sharp one. Comparisons are written so that NaN is not clear.
         let beyond = |n: Vector3<f64>, distance: f64| {
-            distance > floor
-                && distance - drift.of_points(n, &other.corners, half) > floor
+            distance > floor && distance - drift.of_points(n, &other.corners, half) > floor
         };
         let (n, distance) = this.side_of(other);
         if beyond(n, distance) {
@@ -179,9 +192,8 @@ impl<'a> Placed<'a> {
         if beyond(-n, distance) {
             return true;
         }
-        this.closest(other, f64::INFINITY).is_some_and(|c| {
-            c.distance > floor && beyond((c.q - c.p) / c.distance, c.distance)
-        })
+        this.closest(other, f64::INFINITY)
+            .is_some_and(|c| c.distance > floor && beyond((c.q - c.p) / c.distance, c.distance))
     }
 
     fn second_triangle(&self, l: usize) -> Triangle {
@@ -229,7 +241,8 @@ impl<'a> Placed<'a> {
             }
             return;
         }
-        let first_side = b.is_leaf() || !a.is_leaf() && a.half.norm_squared() > b.half.norm_squared();
+        let first_side =
+            b.is_leaf() || !a.is_leaf() && a.half.norm_squared() > b.half.norm_squared();
         let children = if first_side {
             [(i + 1, j), (a.first as usize, j)]
         } else {
@@ -237,7 +250,11 @@ impl<'a> Placed<'a> {
         };
         let distances =
             children.map(|(i, j)| self.gap(&self.first.nodes[i], &self.second.nodes[j]).norm());
-        let order = if distances[1] < distances[0] { [1, 0] } else { [0, 1] };
+        let order = if distances[1] < distances[0] {
+            [1, 0]
+        } else {
+            [0, 1]
+        };
         for c in order {
             self.descend(children[c].0, children[c].1, distances[c], search);
         }

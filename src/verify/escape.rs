@@ -28,9 +28,7 @@ pub struct Escape {
 pub fn directions(class: Class, count: usize) -> Vec<DVector<f64>> {
     let n = class.dof();
     let mut all: Vec<DVector<f64>> = (0..n)
-        .flat_map(|i| {
-            [1.0, -1.0].map(|s| DVector::from_fn(n, |k, _| if k == i { s } else { 0.0 }))
-        })
+        .flat_map(|i| [1.0, -1.0].map(|s| DVector::from_fn(n, |k, _| if k == i { s } else { 0.0 })))
         .collect();
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     while n > 1 && all.len() < count {
@@ -68,14 +66,22 @@ pub(super) struct Held<'a> {
 
 impl Held<'_> {
     /// Tries every direction at every (phase, size of the displacement).
-    pub fn escapes(&self, tries: &[(f64, Option<f64>)], directions: &[DVector<f64>]) -> Vec<Escape> {
+    pub fn escapes(
+        &self,
+        tries: &[(f64, Option<f64>)],
+        directions: &[DVector<f64>],
+    ) -> Vec<Escape> {
         tries
             .par_iter()
             .flat_map_iter(|&(phi, size)| {
                 directions
                     .iter()
                     .filter(|&u| size.is_none_or(|s| !self.hits(phi, &(u * s))))
-                    .map(|u| Escape { phi, direction: u.iter().copied().collect(), size })
+                    .map(|u| Escape {
+                        phi,
+                        direction: u.iter().copied().collect(),
+                        size,
+                    })
                     .collect::<Vec<_>>()
             })
             .collect()
@@ -113,7 +119,12 @@ impl Held<'_> {
             rotation: moved.rotation * follower.rotation,
             translation: moved.apply(follower.translation),
         };
-        let pose = self.mechanism.pose(Carrier::Driver, phi).inverse_mul(&follower);
-        Placed::new(&self.driver.tree, &self.follower.tree, pose).touch(None).is_some()
+        let pose = self
+            .mechanism
+            .pose(Carrier::Driver, phi)
+            .inverse_mul(&follower);
+        Placed::new(&self.driver.tree, &self.follower.tree, pose)
+            .touch(None)
+            .is_some()
     }
 }

@@ -28,7 +28,10 @@ impl Mechanism<'_> {
             rotation: start.rotation.transpose(),
             translation: -(start.rotation.transpose() * start.translation),
         };
-        SolidBody { mesh: body.mesh.moved(&back), ..body }
+        SolidBody {
+            mesh: body.mesh.moved(&back),
+            ..body
+        }
     }
 
     /// Pose, twist and twist rate of a body.
@@ -60,11 +63,23 @@ impl Mechanism<'_> {
 
     /// `second` seen from `first` at `phi`: pose and first- and second-order motion; `remainder` as
     /// [`Mechanism::remainder`] gives it.
-    pub(super) fn seen(&self, pair: (Carrier, Carrier), phi: f64, remainder: (f64, f64)) -> (Pose, Drift) {
+    pub(super) fn seen(
+        &self,
+        pair: (Carrier, Carrier),
+        phi: f64,
+        remainder: (f64, f64),
+    ) -> (Pose, Drift) {
         let frame = self.pose(pair.0, phi);
         let pose = frame.inverse_mul(&self.pose(pair.1, phi));
         let (velocity, acceleration) = self.fields(pair, phi, &frame);
-        (pose, Drift { velocity, acceleration, remainder })
+        (
+            pose,
+            Drift {
+                velocity,
+                acceleration,
+                remainder,
+            },
+        )
     }
 
     /// Bound (r, s) of the third derivative r + s·|x| of the motion of `second` seen from `first`,
@@ -87,8 +102,12 @@ impl Mechanism<'_> {
                 matrix: (now.matrix - before.matrix) / step,
             };
             let steepness = now.matrix.norm();
-            bound.0 = bound.0.max(rate.constant.norm() + steepness * velocity.constant.norm());
-            bound.1 = bound.1.max(rate.matrix.norm() + steepness * velocity.matrix.norm());
+            bound.0 = bound
+                .0
+                .max(rate.constant.norm() + steepness * velocity.constant.norm());
+            bound.1 = bound
+                .1
+                .max(rate.matrix.norm() + steepness * velocity.matrix.norm());
             before = now;
         }
         (1.5 * bound.0, 1.5 * bound.1)
@@ -139,19 +158,29 @@ mod tests {
     #[test]
     fn drift_is_the_taylor_expansion_of_the_relative_pose() {
         let motion = Motion::new(Class::R3, &MotionSource::Uniform {}).unwrap();
-        let mechanism = Mechanism { motion: &motion, center_distance: 25.0 };
+        let mechanism = Mechanism {
+            motion: &motion,
+            center_distance: 25.0,
+        };
         let pair = (Carrier::Driver, Carrier::Follower);
         let remainder = mechanism.remainder(pair);
         for (phi, h) in [(0.3, 1e-2), (2.0, 5e-2), (5.5, -3e-2)] {
             let (pose, drift) = mechanism.seen(pair, phi, remainder);
             let (later, _) = mechanism.seen(pair, phi + h, remainder);
-            for y in [Vector3::new(-12.0, 1.0, 5.0), Vector3::new(3.0, -20.0, -9.0)] {
+            for y in [
+                Vector3::new(-12.0, 1.0, 5.0),
+                Vector3::new(3.0, -20.0, -9.0),
+            ] {
                 let x = pose.apply(y);
-                let predicted = x + drift.velocity.at(x) * h + drift.acceleration.at(x) * (h * h / 2.0);
+                let predicted =
+                    x + drift.velocity.at(x) * h + drift.acceleration.at(x) * (h * h / 2.0);
                 let error = (later.apply(y) - predicted).norm();
                 let bound = (remainder.0 + remainder.1 * x.norm()) * f64::abs(h).powi(3) / 6.0;
                 assert!(error <= bound, "error {error} beyond bound {bound}");
-                assert!(error > bound / 100.0, "bound {bound} is of the wrong order for {error}");
+                assert!(
+                    error > bound / 100.0,
+                    "bound {bound} is of the wrong order for {error}"
+                );
             }
         }
     }

@@ -122,7 +122,11 @@ pub fn problems(body: &str, mesh: &Mesh) -> Vec<MeshProblem> {
 /// Whether all coordinates are finite and all indices exist: what every other test needs.
 pub(super) fn readable(mesh: &Mesh) -> bool {
     mesh.vertices.iter().flatten().all(|x| x.is_finite())
-        && mesh.triangles.iter().flatten().all(|&i| (i as usize) < mesh.vertices.len())
+        && mesh
+            .triangles
+            .iter()
+            .flatten()
+            .all(|&i| (i as usize) < mesh.vertices.len())
 }
 
 /// One vertex of each connected surface, in order of first appearance.

@@ -11,8 +11,8 @@ mod tree;
 mod triangle;
 
 pub use escape::{Escape, directions, displacement};
-pub use mesh::{Defect, MeshProblem};
 pub use mechanism::Mechanism;
+pub use mesh::{Defect, MeshProblem};
 pub use overlap::{PairProof, Place};
 pub use thickness::{Wall, WallSettings};
 
@@ -102,7 +102,9 @@ impl Proof {
         for pair in &self.pairs {
             let [a, b] = &pair.bodies;
             if let Some(place) = &pair.overlap_at {
-                let volume = pair.overlap_mm3.map_or("an unmeasurable volume".into(), |v| format!("{v:.4} mm³"));
+                let volume = pair
+                    .overlap_mm3
+                    .map_or("an unmeasurable volume".into(), |v| format!("{v:.4} mm³"));
                 all.push(format!(
                     "{a} and {b} overlap by up to {volume} in {} steps of the turn, worst at {place}",
                     pair.colliding_steps
@@ -174,7 +176,7 @@ pub fn prove(
             });
         }
         let wall = thickness::thinnest(&body.mesh, &WallSettings {
-            up_to: 2.0 * settings.minimum_wall_mm,
+            up_to: 1.25 * settings.minimum_wall_mm,
             spacing: 0.3 * settings.minimum_wall_mm,
         });
         walls.push((body.name.clone(), wall));
@@ -184,7 +186,10 @@ pub fn prove(
         .flat_map(|i| (i + 1..parts.len()).map(move |j| (i, j)))
         .filter(|&(i, j)| parts[i].body.carrier != parts[j].body.carrier)
         .collect();
-    let overlap = OverlapSettings { steps: settings.phases, floor: 2.0 * settings.grown_by_mm };
+    let overlap = OverlapSettings {
+        steps: settings.phases,
+        floor: 2.0 * settings.grown_by_mm,
+    };
     let mut pairs = Vec::new();
     for (done, &(i, j)) in moving.iter().enumerate() {
         step("overlap", 0.3 + 0.5 * done as f64 / moving.len() as f64)?;

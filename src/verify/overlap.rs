@@ -69,7 +69,11 @@ pub struct Place {
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [x, y, z] = self.at;
-        write!(f, "φ = {:.2}°, ({x:.2}, {y:.2}, {z:.2}) mm", self.phi.to_degrees())
+        write!(
+            f,
+            "φ = {:.2}°, ({x:.2}, {y:.2}, {z:.2}) mm",
+            self.phi.to_degrees()
+        )
     }
 }
 
@@ -90,7 +94,10 @@ pub(super) struct Part<'a> {
 
 impl<'a> Part<'a> {
     pub fn new(body: &'a SolidBody) -> Part<'a> {
-        Part { body, tree: Tree::new(&body.mesh) }
+        Part {
+            body,
+            tree: Tree::new(&body.mesh),
+        }
     }
 }
 
@@ -126,18 +133,29 @@ pub(super) fn apart(
         }
     }
     let nested = nested((first, second), mechanism);
-    if let (true, true, Some(&at)) = (nested, colliding.is_empty(), second.body.mesh.vertices.first()) {
+    if let (true, true, Some(&at)) = (
+        nested,
+        colliding.is_empty(),
+        second.body.mesh.vertices.first(),
+    ) {
         let at = mechanism.pose(carriers.1, 0.0).apply(Vector3::from(at));
-        colliding.push(Place { phi: 0.0, at: at.into() });
+        colliding.push(Place {
+            phi: 0.0,
+            at: at.into(),
+        });
     }
     let mut overlap = (Some(0.0), None);
     let stride = colliding.len().div_ceil(VOLUMES).max(1);
     for &place in colliding.iter().step_by(stride) {
         let pose = |c| mechanism.pose(c, place.phi);
-        let moved = second.body.mesh.moved(&pose(carriers.0).inverse_mul(&pose(carriers.1)));
+        let moved = second
+            .body
+            .mesh
+            .moved(&pose(carriers.0).inverse_mul(&pose(carriers.1)));
         let volume = shared_volume(&first.body.mesh, &moved);
         // A volume that cannot be measured stays the worst.
-        if overlap.1.is_none() || overlap.0.is_some() && volume.is_none_or(|v| Some(v) > overlap.0) {
+        if overlap.1.is_none() || overlap.0.is_some() && volume.is_none_or(|v| Some(v) > overlap.0)
+        {
             overlap = (volume, Some(place));
         }
     }
@@ -149,7 +167,11 @@ pub(super) fn apart(
         bodies: [first.body.name.clone(), second.body.name.clone()],
         gap_mm,
         gap_at,
-        colliding_steps: if nested { settings.steps } else { colliding.len() },
+        colliding_steps: if nested {
+            settings.steps
+        } else {
+            colliding.len()
+        },
         overlap_mm3: overlap.0,
         overlap_at: overlap.1,
         doubts,
@@ -188,18 +210,25 @@ impl Walk<'_> {
             let placed = Placed::new(self.trees.0, self.trees.1, pose);
             let Some(near) = placed.nearest(f64::INFINITY, SLACK, hint) else {
                 // Only a body without surface gets here; nothing is proven about it.
-                found.doubts.push(Place { phi, ..Place::default() });
+                found.doubts.push(Place {
+                    phi,
+                    ..Place::default()
+                });
                 break;
             };
             hint = Some(near.pair);
             let distance = near.closest.distance;
-            if found.smallest.is_none_or(|(_, s)| distance < s.closest.distance) {
+            if found
+                .smallest
+                .is_none_or(|(_, s)| distance < s.closest.distance)
+            {
                 found.smallest = Some((phi, near));
             }
             let least = found.smallest.map_or(distance, |(_, s)| s.closest.distance);
             let meets = distance <= TOUCH;
             if !meets {
-                let pairs = placed.doubtful(&drift, half, self.floor.max((1.0 - 2.0 * SLACK) * least));
+                let pairs =
+                    placed.doubtful(&drift, half, self.floor.max((1.0 - 2.0 * SLACK) * least));
                 if pairs.is_empty() {
                     at += stride;
                     stride *= 2;
@@ -232,7 +261,9 @@ impl Walk<'_> {
             .still_doubtful(&pairs, (&drift, half, self.floor));
         let mut work = vec![(phi, half, left)];
         while let Some((phi, half, pairs)) = work.pop() {
-            let Some(&doubt) = pairs.first() else { continue };
+            let Some(&doubt) = pairs.first() else {
+                continue;
+            };
             if half < 1.5 * shortest {
                 let (pose, _) = self.mechanism.seen(self.carriers, phi, self.remainder);
                 let placed = Placed::new(self.trees.0, self.trees.1, pose);
@@ -243,7 +274,11 @@ impl Walk<'_> {
             for phi in [phi + half, phi - half] {
                 let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
                 let placed = Placed::new(self.trees.0, self.trees.1, pose);
-                work.push((phi, half, placed.still_doubtful(&pairs, (&drift, half, self.floor))));
+                work.push((
+                    phi,
+                    half,
+                    placed.still_doubtful(&pairs, (&drift, half, self.floor)),
+                ));
             }
         }
         None
@@ -255,7 +290,11 @@ impl Walk<'_> {
         let closest = Placed::new(self.trees.0, self.trees.1, pose)
             .nearest(near.closest.distance, 0.0, Some(near.pair))
             .map_or(near.closest, |n| n.closest);
-        let gap = if closest.distance <= TOUCH { 0.0 } else { closest.distance };
+        let gap = if closest.distance <= TOUCH {
+            0.0
+        } else {
+            closest.distance
+        };
         (gap, self.place(phi, closest.p))
     }
 
@@ -272,10 +311,12 @@ fn nested((first, second): (&Part, &Part), mechanism: &Mechanism) -> bool {
         let pose = mechanism
             .pose(outer.body.carrier, 0.0)
             .inverse_mul(&mechanism.pose(inner.body.carrier, 0.0));
-        super::mesh::components(&inner.body.mesh).iter().any(|&vertex| {
-            let point = pose.apply(inner.body.mesh.vertex(vertex));
-            outer.tree.winding(point).abs() > 0.5
-        })
+        super::mesh::components(&inner.body.mesh)
+            .iter()
+            .any(|&vertex| {
+                let point = pose.apply(inner.body.mesh.vertex(vertex));
+                outer.tree.winding(point).abs() > 0.5
+            })
     };
     inside(first, second) || inside(second, first)
 }

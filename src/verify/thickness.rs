@@ -45,10 +45,16 @@ pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
             let mut best: Option<Wall> = None;
             for &(p, k) in run {
                 let limit = best.map_or(settings.up_to, |w| w.thickness_mm);
-                let found = [straight_through(&tree, (p, k), limit), medial_diameter(&tree, (p, k), limit)];
+                let found = [
+                    straight_through(&tree, (p, k), limit),
+                    medial_diameter(&tree, (p, k), limit),
+                ];
                 for thickness_mm in found.into_iter().flatten() {
                     if best.is_none_or(|b| thickness_mm < b.thickness_mm) {
-                        best = Some(Wall { thickness_mm, at: p.into() });
+                        best = Some(Wall {
+                            thickness_mm,
+                            at: p.into(),
+                        });
                     }
                 }
             }
@@ -101,7 +107,9 @@ fn medial_diameter(tree: &Tree, (p, k): (Vector3<f64>, usize), limit: f64) -> Op
     // or so it takes, and running out of them keeps the larger, still valid upper bound.
     for _ in 0..40 {
         let centre = p + inward * radius;
-        let Some((near, _)) = tree.nearest(centre, radius * (1.0 - 1e-9)) else { break };
+        let Some((near, _)) = tree.nearest(centre, radius * (1.0 - 1e-9)) else {
+            break;
+        };
         let q = near.q - p;
         let depth = inward.dot(&q);
         if depth <= 1e-12 {

@@ -26,7 +26,9 @@ impl Node {
 
     /// Squared distance from `p` to the box.
     fn distance_squared(&self, p: Vector3<f64>) -> f64 {
-        ((p - self.centre).abs() - self.half).sup(&Vector3::zeros()).norm_squared()
+        ((p - self.centre).abs() - self.half)
+            .sup(&Vector3::zeros())
+            .norm_squared()
     }
 }
 
@@ -55,7 +57,11 @@ impl Tree {
             split(&soup, &centroids, &mut nodes, (&mut order, 0, count));
         }
         let triangles = order.iter().map(|&i| soup[i as usize]).collect();
-        Tree { nodes, triangles, source: order }
+        Tree {
+            nodes,
+            triangles,
+            source: order,
+        }
     }
 
     pub fn leaf(&self, node: &Node) -> std::ops::Range<usize> {
@@ -68,7 +74,9 @@ impl Tree {
         let mut found = None;
         let mut stack = vec![0usize];
         while let Some(i) = stack.pop() {
-            let Some(node) = self.nodes.get(i) else { continue };
+            let Some(node) = self.nodes.get(i) else {
+                continue;
+            };
             if node.distance_squared(p) >= best {
                 continue;
             }
@@ -90,17 +98,32 @@ impl Tree {
                 }
             }
         }
-        found.map(|(q, k)| (Closest { distance: best.sqrt(), p, q }, k))
+        found.map(|(q, k)| {
+            (
+                Closest {
+                    distance: best.sqrt(),
+                    p,
+                    q,
+                },
+                k,
+            )
+        })
     }
 
     /// First triangle that the segment crosses, other than `but`: how far along (0 to 1), tree index.
-    pub fn first_hit(&self, segment: (Vector3<f64>, Vector3<f64>), but: usize) -> Option<(f64, usize)> {
+    pub fn first_hit(
+        &self,
+        segment: (Vector3<f64>, Vector3<f64>),
+        but: usize,
+    ) -> Option<(f64, usize)> {
         let (from, to) = segment;
         let along = to - from;
         let mut first: Option<(f64, usize)> = None;
         let mut stack = vec![0usize];
         while let Some(i) = stack.pop() {
-            let Some(node) = self.nodes.get(i) else { continue };
+            let Some(node) = self.nodes.get(i) else {
+                continue;
+            };
             let reach = first.map_or(1.0, |f| f.0) / 2.0;
             // Box of the segment up to the first hit so far.
             let middle = from + along * reach;
@@ -132,7 +155,9 @@ impl Tree {
         let mut near = Vec::new();
         let mut stack = vec![0usize];
         while let Some(i) = stack.pop() {
-            let Some(node) = self.nodes.get(i) else { continue };
+            let Some(node) = self.nodes.get(i) else {
+                continue;
+            };
             let apart = (node.centre - centre).abs() - node.half - half;
             if apart.max() > 0.0 {
                 continue;
@@ -151,8 +176,7 @@ impl Tree {
         let solid_angle = |t: &Triangle| {
             let [a, b, c] = t.corners.map(|v| v - p);
             let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-            let denominator =
-                la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+            let denominator = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
             2.0 * a.dot(&b.cross(&c)).atan2(denominator)
         };
         self.triangles.iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
@@ -166,7 +190,10 @@ fn split(
     nodes: &mut Vec<Node>,
     (order, from, to): (&mut [u32], usize, usize),
 ) -> usize {
-    let unbounded = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let unbounded = (
+        Vector3::repeat(f64::INFINITY),
+        Vector3::repeat(f64::NEG_INFINITY),
+    );
     let (lo, hi) = order[from..to]
         .iter()
         .flat_map(|&i| soup[i as usize].corners)

@@ -47,9 +47,8 @@ impl Triangle {
             return None;
         }
         let x = from + (to - from) * (d0 / (d0 - d1));
-        let inside = |u: Vector3<f64>, v: Vector3<f64>| {
-            self.normal.dot(&(v - u).cross(&(x - u))) >= 0.0
-        };
+        let inside =
+            |u: Vector3<f64>, v: Vector3<f64>| self.normal.dot(&(v - u).cross(&(x - u))) >= 0.0;
         (inside(a, b) && inside(b, c) && inside(c, a)).then_some(x)
     }
 
@@ -104,7 +103,11 @@ impl Triangle {
             let d2 = (p - q).norm_squared();
             // A NaN distance counts as a meeting: undecided is a collision.
             if d2 < best.distance || d2.is_nan() {
-                best = Closest { distance: if d2.is_nan() { 0.0 } else { d2 }, p, q };
+                best = Closest {
+                    distance: if d2.is_nan() { 0.0 } else { d2 },
+                    p,
+                    q,
+                };
                 found = true;
             }
         };
@@ -141,7 +144,11 @@ impl Triangle {
             .corners
             .map(|v| self.normal.dot(&(v - self.corners[0])));
         let (lo, hi) = (x.min(y).min(z), x.max(y).max(z));
-        if lo >= -hi { (self.normal, lo) } else { (-self.normal, -hi) }
+        if lo >= -hi {
+            (self.normal, lo)
+        } else {
+            (-self.normal, -hi)
+        }
     }
 }
 
@@ -149,7 +156,11 @@ impl Triangle {
 fn fraction(u: Vector3<f64>, v: Vector3<f64>, p: Vector3<f64>) -> f64 {
     let d = v - u;
     let len2 = d.norm_squared();
-    if len2 > 0.0 { (d.dot(&(p - u)) / len2).clamp(0.0, 1.0) } else { 0.0 }
+    if len2 > 0.0 {
+        (d.dot(&(p - u)) / len2).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
 }
 
 /// Closest points of segments `a`–`b` and `c`–`d`.
@@ -169,7 +180,11 @@ fn segments(
     } else {
         0.0
     };
-    let t = if vv > 0.0 { ((uv * s + vw) / vv).clamp(0.0, 1.0) } else { 0.0 };
+    let t = if vv > 0.0 {
+        ((uv * s + vw) / vv).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     if uu > 0.0 {
         s = ((uv * t - uw) / uu).clamp(0.0, 1.0);
     }
@@ -233,8 +248,16 @@ mod tests {
 
     #[test]
     fn crossing_triangles_are_at_zero() {
-        let a = Triangle::new([Vector3::new(-1.0, -1.0, 0.0), Vector3::new(1.0, -1.0, 0.0), Vector3::new(0.0, 1.0, 0.0)]);
-        let b = Triangle::new([Vector3::new(0.0, 0.0, -1.0), Vector3::new(0.1, 0.0, 1.0), Vector3::new(-0.1, 0.1, 1.0)]);
+        let a = Triangle::new([
+            Vector3::new(-1.0, -1.0, 0.0),
+            Vector3::new(1.0, -1.0, 0.0),
+            Vector3::new(0.0, 1.0, 0.0),
+        ]);
+        let b = Triangle::new([
+            Vector3::new(0.0, 0.0, -1.0),
+            Vector3::new(0.1, 0.0, 1.0),
+            Vector3::new(-0.1, 0.1, 1.0),
+        ]);
         assert_eq!(a.closest(&b, f64::INFINITY).unwrap().distance, 0.0);
     }
 

@@ -34,6 +34,8 @@ SECTION_ROWS = [
 ]
 
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
+LOFT_STATIONS = 12  # a loft through more wires is slower and no closer than 4e-4 mm
+RIB_INSET = 1 / 16  # share of a tooth, at both ends, that its rib leaves free: no thin corners there
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
 
@@ -278,9 +280,13 @@ class Frame:
         return App.Placement(self.p, App.Rotation(self.n, self.b, self.n.cross(self.b), "XYZ"))
 
 
-def frames(tooth, digit, axis):
-    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it)."""
-    result = [Frame(station, digit) for station in tooth["stations"]]
+def frames(tooth, digit, axis, inset=0.0):
+    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it); `inset` is the
+    share of the tooth left out at both ends."""
+    last = len(tooth["stations"]) - 1
+    count = min(LOFT_STATIONS, last + 1)
+    chosen = [round(last * (inset + (1 - 2 * inset) * i / (count - 1))) for i in range(count)]
+    result = [Frame(tooth["stations"][i], digit) for i in chosen]
     outwards = sum((f.p - axis).x * f.b.x + (f.p - axis).y * f.b.y for f in result)
     if outwards < 0:
         for frame in result:
@@ -319,6 +325,7 @@ class BodyBuilder:
     def build(self, body):
         """The App::Part of `body`; its object `<Name>Solid` is the finished solid."""
         self.name = body["name"].capitalize()
+        self.colour = COLOURS.get(body["name"], (0.8, 0.8, 0.8))
         self.part = self.document.addObject("App::Part", self.name)
         solid = None
         for operation, features in runs(body["features"]):
@@ -330,7 +337,9 @@ class BodyBuilder:
         if teeth:
             solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
         solid.Label = self.name + " solid"
-        self.finish(solid, COLOURS.get(body["name"], (0.8, 0.8, 0.8)))
+        solid.Visibility = True
+        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
+        self.part.Result = solid
         return self.part
 
     def new(self, kind, name, group=None):
@@ -338,6 +347,8 @@ class BodyBuilder:
         made = self.document.addObject(kind, re.sub(r"\W+", "_", name.title()) or "Object")
         (group or self.part).addObject(made)
         made.Visibility = False
+        if App.GuiUp and hasattr(made.ViewObject, "ShapeColor"):
+            made.ViewObject.ShapeColor = self.colour  # booleans take theirs from their inputs
         return made
 
     def combine(self, operation, solid, tools):
@@ -446,7 +457,7 @@ class BodyBuilder:
                 along = frames(tooth, digit, axis)
                 fin = self.new("Part::MultiFuse", "Fin " + name, band)
                 beads = [(frame.placement(), 1.0) for frame in along]
-                ribs = rib_lines(along, section, axis, foot)
+                ribs = rib_lines(frames(tooth, digit, axis, RIB_INSET), section, axis, foot)
                 fin.Shapes = [self.loft("Tooth " + name, self.tooth_section, beads, band),
                               self.loft("Rib " + name, self.rib_section, ribs, band)]
                 fin.Label = "Fin " + name
@@ -469,14 +480,6 @@ class BodyBuilder:
         made.Sections = links
         made.Solid = True
         return made
-
-    def finish(self, solid, colour):
-        """Marks `solid` as the visible result of the body."""
-        solid.Visibility = True
-        self.part.addProperty("App::PropertyLinkChild", "Result", "mpcgear", "The finished solid")
-        self.part.Result = solid
-        if App.GuiUp:
-            solid.ViewObject.ShapeColor = colour
 
 
 def runs(features):

@@ -1,0 +1,1 @@
+"""Nothing to start without the GUI: `import mpcgear` works as it is."""

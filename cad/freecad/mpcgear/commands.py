@@ -1,0 +1,95 @@
+"""The three commands of the workbench."""
+
+import math
+import os
+
+import FreeCAD as App
+import FreeCADGui as Gui
+from PySide import QtGui
+
+from . import files
+from .drive import DrivePanel
+from .mechanism import TOUCH, Mechanism, NoMechanism
+from .open_design import DesignError, open_design
+
+RESOURCES = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources")
+
+
+def tell(title, words):
+    """A message box, and the same words in the report view."""
+    App.Console.PrintMessage("mpcgear: %s\n" % words)
+    QtGui.QMessageBox.information(Gui.getMainWindow(), title, words)
+
+
+class Command:
+    """What the three commands have in common: they turn expected failures into words."""
+
+    title = ""
+    tip = ""
+    icon = ""
+
+    def GetResources(self):
+        picture = os.path.join(RESOURCES, self.icon)
+        return {"MenuText": self.title, "ToolTip": self.tip, "Pixmap": picture}
+
+    def IsActive(self):
+        return App.ActiveDocument is not None
+
+    def Activated(self):
+        try:
+            self.run()
+        except (DesignError, NoMechanism) as error:
+            tell(self.title, str(error))
+
+
+class OpenDesign(Command):
+    """Open mpcgear design…"""
+
+    title = "Open mpcgear design…"
+    tip = "Builds the mechanism of a design.json in a new document"
+    icon = "open.svg"
+
+    def IsActive(self):
+        return True
+
+    def run(self):
+        path, _ = QtGui.QFileDialog.getOpenFileName(
+            Gui.getMainWindow(), self.title, "", "mpcgear designs (*.json)")
+        if path:
+            files.show(open_design(path))
+
+
+class Drive(Command):
+    """Drive the gear"""
+
+    title = "Drive the gear"
+    tip = "Turns the driver and moves the follower; shows the driver angle and Q"
+    icon = "drive.svg"
+
+    def run(self):
+        Gui.Control.showDialog(DrivePanel(App.ActiveDocument))
+
+
+class CheckClearance(Command):
+    """Check clearance here"""
+
+    title = "Check clearance here"
+    tip = "Overlaps and gaps of the solids at the present driver angle"
+    icon = "clearance.svg"
+
+    def run(self):
+        mechanism = Mechanism(App.ActiveDocument)
+        contacts = mechanism.clearance()
+        overlaps = [c for c in contacts if c.overlap > TOUCH]
+        words = "At φ = %.1f°: " % math.degrees(mechanism.phi)
+        words += "%d overlaps." % len(overlaps) if overlaps else "nothing overlaps."
+        tell(self.title, "\n".join([words] + [str(c) for c in contacts[:12]]))
+
+
+def register():
+    """Registers the commands and returns their names."""
+    commands = {"Mpcgear_Open": OpenDesign, "Mpcgear_Drive": Drive,
+                "Mpcgear_Clearance": CheckClearance}
+    for name, command in commands.items():
+        Gui.addCommand(name, command())
+    return list(commands)

@@ -1,0 +1,153 @@
+//! Arguments of the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Designs multi-point conjugation gears: one motor, one gear pair, any periodic 3D motion.
+#[derive(Debug, Parser)]
+#[command(version, about, after_help = "Exit codes: 0 all well, 1 a check failed, 2 bad input, 3 infeasible motion (draft written), 130 interrupted.")]
+pub struct Cli {
+    /// Say nothing but errors.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Results as JSON on standard output, errors as JSON on standard error.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Design the mechanism of a motion file, prove it and write everything.
+    Design(DesignArgs),
+    /// Write a commented starter motion file.
+    New {
+        /// Class of the follower-support joint: 1R, 1R1T, 3R or 3R1T.
+        #[arg(long, value_parser = parse_class)]
+        class: mpcgear::motion::Class,
+        /// File to write; an existing file is left alone.
+        file: PathBuf,
+    },
+    /// Render a design again in chosen formats.
+    Export(ExportArgs),
+    /// Forces, torque, payload and stress of a design.
+    Load {
+        /// `design.json` or the folder with it.
+        design: PathBuf,
+        /// Payload instead of the motion file's: 800g, 0.8kg.
+        #[arg(long, value_parser = parse_mass)]
+        payload: Option<f64>,
+    },
+    /// Write the report of a design again.
+    Report {
+        /// Output folder of `mpcgear design`.
+        folder: PathBuf,
+        /// Pictures (PNG) of the mechanism and of every plot into this folder, without a browser.
+        #[arg(long)]
+        png: Option<PathBuf>,
+    },
+    /// Several designs side by side, in one page.
+    Compare {
+        /// Output folders or `design.json` files.
+        #[arg(required = true)]
+        designs: Vec<PathBuf>,
+        /// Page to write.
+        #[arg(short, long, default_value = "compare.html")]
+        out: PathBuf,
+    },
+    /// Table of many designs.
+    Stats {
+        /// Output folders, or folders of such folders.
+        #[arg(required = true)]
+        designs: Vec<PathBuf>,
+        /// How it is written.
+        #[arg(long, value_enum, default_value_t)]
+        format: TableFormat,
+    },
+}
+
+/// Arguments of `design`.
+#[derive(Debug, Args)]
+pub struct DesignArgs {
+    /// Motion file (TOML).
+    pub file: PathBuf,
+    /// Output folder.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// Seed instead of the file's.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Search effort instead of the file's; 1 is the default.
+    #[arg(long)]
+    pub effort: Option<f64>,
+    /// Stop searching after this many seconds and go on with the best so far.
+    #[arg(long, value_name = "SECONDS")]
+    pub max_time: Option<f64>,
+    /// Parameterisation instead of the file's.
+    #[arg(long, value_enum)]
+    pub method: Option<Method>,
+}
+
+/// How tooth pairs are parameterised.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Method {
+    /// Normal first: conjugation exact by construction.
+    Exact,
+    /// The published B-spline formulation with penalties.
+    Paper,
+}
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// `design.json` or the folder with it.
+    #[arg(required_unless_present = "list")]
+    pub design: Option<PathBuf>,
+    /// Formats, separated by commas.
+    #[arg(long, value_delimiter = ',', required_unless_present = "list")]
+    pub to: Vec<String>,
+    /// Output folder, or `-` for a single file on standard output.
+    #[arg(short, long, required_unless_present = "list")]
+    pub out: Option<PathBuf>,
+    /// Only this body: driver, follower, support, slider.
+    #[arg(long)]
+    pub part: Option<String>,
+    /// List the formats.
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// How a table is written.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum TableFormat {
+    /// Aligned columns.
+    #[default]
+    Text,
+    /// Comma separated.
+    Csv,
+    /// Markdown.
+    Markdown,
+}
+
+fn parse_class(text: &str) -> Result<mpcgear::motion::Class, String> {
+    mpcgear::motion::Class::ALL
+        .into_iter()
+        .find(|class| class.to_string().eq_ignore_ascii_case(text))
+        .ok_or_else(|| format!("`{text}` is none of 1R, 1R1T, 3R, 3R1T"))
+}
+
+/// Mass in grams.
+fn parse_mass(text: &str) -> Result<f64, String> {
+    let (number, factor) = match text.strip_suffix("kg") {
+        Some(number) => (number, 1000.0),
+        None => (text.strip_suffix('g').unwrap_or(text), 1.0),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value * factor),
+        _ => Err(format!("`{text}` is not a mass; write 800g or 0.8kg")),
+    }
+}

@@ -1,0 +1,90 @@
+//! What the user sees while it works: progress bar, Ctrl-C, time limit, errors.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use mpcgear::Error;
+use mpcgear::search::Progress;
+
+/// Watches a design run: shows its progress and tells it when to stop.
+pub struct Watch {
+    bar: ProgressBar,
+    interrupted: Arc<AtomicBool>,
+    started: Instant,
+    limit: Option<Duration>,
+}
+
+impl Watch {
+    /// Installs the Ctrl-C handler; `limit_s` ≤ 0 means no limit.
+    pub fn new(quiet: bool, limit_s: f64) -> Watch {
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&interrupted);
+        // A second Ctrl-C ends the process at once, should a long step be under way.
+        let handler = move || {
+            if flag.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        };
+        if let Err(error) = ctrlc::set_handler(handler) {
+            eprintln!("warning: Ctrl-C will not stop cleanly: {error}");
+        }
+        let bar = ProgressBar::new(1000);
+        if quiet {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {bar:30} {msg}") {
+            bar.set_style(style);
+        }
+        Watch {
+            bar,
+            interrupted,
+            started: Instant::now(),
+            limit: (limit_s > 0.0).then(|| Duration::from_secs_f64(limit_s)),
+        }
+    }
+
+    /// Whether Ctrl-C was pressed.
+    pub fn interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst)
+    }
+
+    /// Seconds since the start.
+    pub fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Shows progress; stops on Ctrl-C, and the search (not what follows) at the time limit.
+    pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
+        let best = progress.best_q.map_or(String::new(), |q| format!(", best min Q {q:.3}"));
+        let count = match progress.candidates {
+            0 => String::new(),
+            n => format!(", {n} usable bands"),
+        };
+        self.bar.set_message(format!("{}{count}{best}", progress.stage));
+        self.bar.set_position((progress.done * 1000.0) as u64);
+        let late = self.limit.is_some_and(|limit| self.started.elapsed() > limit);
+        if self.interrupted() || (late && progress.is_search()) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Prints an error on standard error, as JSON if asked.
+pub fn complain(error: &Error, json: bool) {
+    if json {
+        let value = serde_json::json!({ "error": error.to_string(), "exit_code": error.exit_code() });
+        eprintln!("{value}");
+    } else {
+        eprintln!("error: {error}");
+    }
+}
