@@ -7,6 +7,7 @@ pub mod chart;
 mod compact;
 pub mod compare;
 pub mod curves;
+pub mod evidence;
 pub mod figures;
 pub mod folder;
 pub mod freecad;
