@@ -62,68 +62,75 @@ def constrain(sketch, name, expression, *arguments):
 
 def tooth_section(document, section):
     """Bead and neck in (x = n into the material, y = b outwards): flank arcs around the contact
-    height, cut off at the tip, on a neck of the rib's thickness that reaches down to the root."""
+    height, cut off at the tip, on a neck of the rib's thickness that reaches down to the root; no
+    neck where the root ends on the flanks."""
     sketch = document.addObject("Sketcher::SketchObject", "ToothSection")
     radius = min(section["flank_radius"], section["thickness"] / 2)
     middle = section["clearance"] / 2 + section["thickness"] / 2
     half = min(section["rib"], section["thickness"]) / 2
     inset = section["thickness"] / 2 - radius  # arc centres are this far from the middle
-    reach = min(max((half - inset) / radius, 0.0), 1.0)
-    low = math.acos(reach)
+    low = math.acos(min(max((half - inset) / radius, 0.0), 1.0))
+    has_neck = section["root"] > radius * math.sin(low)
+    if not has_neck:
+        low = math.asin(section["root"] / radius)
+        half = inset + radius * math.cos(low)
     high = math.asin(min(section["tip"] / radius, 1.0))
-    if section["root"] <= radius * math.sin(low):
-        raise ValueError("section: the root %.3f mm does not reach below the flank"
-                         % section["root"])
-    corner = radius * math.sin(low)
-    shoulder = inset + radius * math.cos(low)
-    flat = inset + radius * math.cos(high)
-    round_tip = flat < SHORTEST_EDGE
-    left = [App.Vector(middle - x, y, 0) for x, y in
-            ((half, -section["root"]), (shoulder, -corner), (flat, radius * math.sin(high)))]
-    right = [App.Vector(2 * middle - p.x, p.y, 0) for p in left]
+    corner = (inset + radius * math.cos(low), -radius * math.sin(low))
+    flat = (inset + radius * math.cos(high), radius * math.sin(high))
+    round_tip = flat[0] < SHORTEST_EDGE
 
-    def arc(centre, start, end):
-        circle = Part.Circle(App.Vector(centre, 0, 0), App.Vector(0, 0, 1), radius)
+    def line(start, end):
+        return Part.LineSegment(*(App.Vector(middle + x, y, 0) for x, y in (start, end)))
+
+    def arc(offset, start, end):
+        circle = Part.Circle(App.Vector(middle + offset, 0, 0), App.Vector(0, 0, 1), radius)
         return Part.ArcOfCircle(circle, start, end)
 
-    # Edges run counter-clockwise from the bottom: bottom, right neck, flanks and tip, left neck.
-    edges = [Part.LineSegment(left[0], right[0]), Part.LineSegment(right[0], right[1])]
+    # Edges run counter-clockwise: bottom, right neck, right flank and tip, left flank, left neck.
+    foot = (half, -section["root"])
+    edges = [line((-foot[0], foot[1]), foot)]
+    if has_neck:
+        edges += [line(foot, corner)]
+    right = len(edges)  # number of the right flank's edge
     if round_tip:
-        edges += [arc(middle, -low, math.pi + low)]
+        edges += [arc(0, -low, math.pi + low)]
     else:
-        edges += [arc(middle + inset, -low, high), Part.LineSegment(right[2], left[2]),
-                  arc(middle - inset, math.pi - high, math.pi + low)]
-    edges += [Part.LineSegment(left[1], left[0])]
+        edges += [arc(inset, -low, high), line(flat, (-flat[0], flat[1])),
+                  arc(-inset, math.pi - high, math.pi + low)]
+    left = len(edges) - 1
+    if has_neck:
+        edges += [line((-corner[0], corner[1]), (-foot[0], foot[1]))]
     sketch.addGeometry(edges)
-    last = len(edges) - 1
-    # (edge, end) pairs that meet; an arc's ends are 1 = start, 2 = end, 3 = centre.
+    # Constraints name an edge and its 1 = start, 2 = end, 3 = centre; edge -1 is the x axis, whose
+    # start is the origin.
     for edge in range(len(edges)):
-        sketch.addConstraint(
-            Sketcher.Constraint("Coincident", edge, 2, (edge + 1) % len(edges), 1))
+        following = (edge + 1) % len(edges)
+        sketch.addConstraint(Sketcher.Constraint("Coincident", edge, 2, following, 1))
     sketch.addConstraint(Sketcher.Constraint("Horizontal", 0))
-    sketch.addConstraint(Sketcher.Constraint("Vertical", 1))
-    sketch.addConstraint(Sketcher.Constraint("Vertical", last))
-    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 2, 3, -1))
     thickness, clearance = "ToothParams.thickness", "ToothParams.clearance"
-    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
     constrain(sketch, "root", "ToothParams.root", "DistanceY", 0, 1, -1, 1, section["root"])
-    constrain(sketch, "neck", "%s / 2 + %s / 2 - ToothParams.rib / 2" % (clearance, thickness),
-              "DistanceX", -1, 1, 0, 1, middle - half)
+    if has_neck:
+        sketch.addConstraint(Sketcher.Constraint("Vertical", 1))
+        sketch.addConstraint(Sketcher.Constraint("Vertical", len(edges) - 1))
+        constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+        constrain(sketch, "neck", "%s / 2 + %s / 2 - ToothParams.rib / 2" % (clearance, thickness),
+                  "DistanceX", -1, 1, 0, 1, middle - half)
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", right, 3, -1))
     if round_tip:
-        constrain(sketch, "flank", thickness + " / 2", "Radius", 2, radius)
+        constrain(sketch, "flank", thickness + " / 2", "Radius", right, radius)
         constrain(sketch, "middle", "%s / 2 + %s / 2" % (clearance, thickness),
-                  "DistanceX", -1, 1, 2, 3, middle)
+                  "DistanceX", -1, 1, right, 3, middle)
         return sketch
-    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 4, 3, -1))
-    sketch.addConstraint(Sketcher.Constraint("Horizontal", 3))
-    sketch.addConstraint(Sketcher.Constraint("Equal", 2, 4))
-    constrain(sketch, "flank", "ToothParams.flank_radius", "Radius", 4, radius)
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", left, 3, -1))
+    sketch.addConstraint(Sketcher.Constraint("Horizontal", right + 1))
+    sketch.addConstraint(Sketcher.Constraint("Equal", right, left))
+    constrain(sketch, "flank", "ToothParams.flank_radius", "Radius", left, radius)
     constrain(sketch, "left_centre", "%s / 2 + ToothParams.flank_radius" % clearance,
-              "DistanceX", -1, 1, 4, 3, middle - inset)
+              "DistanceX", -1, 1, left, 3, middle - inset)
     constrain(sketch, "right_centre",
               "%s / 2 + %s - ToothParams.flank_radius" % (clearance, thickness),
-              "DistanceX", -1, 1, 2, 3, middle + inset)
-    constrain(sketch, "tip", "ToothParams.tip", "DistanceY", -1, 1, 4, 1, section["tip"])
+              "DistanceX", -1, 1, right, 3, middle + inset)
+    constrain(sketch, "tip", "ToothParams.tip", "DistanceY", -1, 1, left, 1, section["tip"])
     return sketch
 
 
