@@ -154,6 +154,12 @@ module check(name, value, least, most) {
            str(name, " = ", value, " is out of range: ", least, " to ", most, " mm"));
 }
 
+// Refuses a word that is none of `choices`.
+module check_choice(name, value, choices) {
+    assert(len([for (c = choices) if (c == value) c]) > 0,
+           str(name, " = \"", value, "\" must be one of ", choices));
+}
+
 // ---- Bores, keyways, screws, bearings ------------------------------------------------------
 
 // [kind, diameter, flat, teeth] of the shafts that `preset` stands for; `custom` if it is none.
@@ -198,6 +204,10 @@ function bore_reach(bore, keyway) =
     let (radius = bore[0] == "hexagon" ? bore[1] / 2 / cos(30) : bore[1] / 2)
     bore[0] == "none" ? 0 :
     keyway ? norm([keyway_size(bore[1]).x / 2, bore[1] / 2 + keyway_size(bore[1]).y]) : radius;
+
+// Distance from the axis that a bore reaches towards +x, where the flat of a D is.
+function bore_reach_x(bore, keyway) =
+    bore[0] == "d_shape" ? bore[1] / 2 - bore[2] : bore_reach(bore, keyway);
 
 // [clearance hole, width across flats of the nut, its height] by nominal size, ISO 4032.
 function screw_size(name) =

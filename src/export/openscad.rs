@@ -201,6 +201,7 @@ struct About {
     k: usize,
     j: usize,
     q_min: String,
+    date: Option<String>,
 }
 
 fn about(source: &Source, what: &str) -> About {
@@ -219,6 +220,7 @@ fn about(source: &Source, what: &str) -> About {
         k: design.sub_gear_pairs.len(),
         j: design.settings.gear.teeth,
         q_min: q_min.map_or("not known".into(), |q| number(q, 3)),
+        date: super::date::from_environment(),
     }
 }
 
