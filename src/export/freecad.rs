@@ -14,8 +14,13 @@ use crate::design::Design;
 use crate::{Error, Result};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
-const BUILDER: &str = include_str!("../../cad/freecad/mpcgear/builder.py");
-const FILES: &str = include_str!("../../cad/freecad/mpcgear/files.py");
+/// The add-on's modules that the macro consists of, in the order of their imports.
+const MODULES: [&str; 4] = [
+    include_str!("../../cad/freecad/mpcgear/parameters.py"),
+    include_str!("../../cad/freecad/mpcgear/poses.py"),
+    include_str!("../../cad/freecad/mpcgear/builder.py"),
+    include_str!("../../cad/freecad/mpcgear/files.py"),
+];
 
 /// Every which contact station carries a section of the loft: lofts through every third one stay
 /// within 4e-4 mm of those through all and fuse twice as fast.
@@ -70,12 +75,17 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
                 teeth => design.settings.gear.teeth,
                 distance => design.settings.gear.center_distance_mm,
                 min_q => min_q.map_or("not measured".into(), |q| format!("{q:.3}")),
-                builder => BUILDER.trim_end(),
-                files => FILES.trim_end(),
+                code => MODULES.map(standalone).join("\n\n"),
                 design => outline(&essence(design)?, 0),
             },
         )
         .map_err(|e| Error::Internal(format!("FreeCAD macro: {e:#}")))
+}
+
+/// A module without its imports from its neighbours, which stand before it in the macro.
+fn standalone(module: &str) -> String {
+    let lines = module.lines().filter(|line| !line.starts_with("from ."));
+    lines.map(|line| format!("{line}\n")).collect()
 }
 
 /// Text for a comment or a quoted string: no line ends, quotes or backslashes.

@@ -26,8 +26,6 @@ pub struct MotionFile {
     pub source: MotionSource,
     /// All settings, defaults filled in.
     pub settings: Settings,
-    /// The `[load]` table as written, if any: what the mechanism has to carry.
-    pub load: Option<toml::Table>,
 }
 
 impl MotionFile {
@@ -57,14 +55,6 @@ impl MotionFile {
         let settings = settings(table, &mut problems);
         problems.extend(settings.problems(class.unwrap_or(Class::R3)));
         let source = source::read(table, folder, &mut problems)?;
-        let load = match table.get("load") {
-            Some(toml::Value::Table(load)) => Some(load.clone()),
-            Some(_) => {
-                problems.push(Problem::new("load", "is not a table", "write [load]"));
-                None
-            }
-            None => None,
-        };
         let motion = match (class, &source) {
             (Some(class), Some(source)) => match Motion::new(class, source) {
                 Err(Error::Input { problems: list, .. }) => {
@@ -84,7 +74,6 @@ impl MotionFile {
                     class,
                     source,
                     settings,
-                    load,
                 };
                 Ok((file, motion))
             }

@@ -351,10 +351,10 @@ fn segments([a0, a1]: [Vector3<f64>; 2], [b0, b1]: [Vector3<f64>; 2]) -> f64 {
 
 /// Depth to which beads may seem to sink into each other between sampled phases, mm: a fraction of
 /// the default clearance.
-const SINK: f64 = 0.02;
+const SINK: f64 = 0.01;
 
 /// Least gap between a bead and its mate's rib, mm.
-const RIB_GAP: f64 = 0.02;
+const RIB_GAP: f64 = 0.06;
 
 /// Teeth further than this from their contact are behind their gear, rad.
 const MESH_WINDOW: f64 = 1.3;

@@ -32,6 +32,17 @@ pub struct Progress {
     pub best_q: Option<f64>,
 }
 
+impl Progress {
+    /// Whether bands are still being searched for; what follows (solids, proof) is of bounded length.
+    pub fn is_search(&self) -> bool {
+        [CANDIDATES, COMBINING, POLISH].contains(&self.stage)
+    }
+}
+
+const CANDIDATES: &str = "candidate bands";
+const COMBINING: &str = "combining bands";
+const POLISH: &str = "polish";
+
 /// Told about progress; `Break` stops the search, which then returns the best it has.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
@@ -53,20 +64,41 @@ pub struct Found {
     pub stop: StopReason,
 }
 
-/// Usable candidates wanted: enough that several thousand pairs fit on each side of the joint.
-const USABLE: usize = 900;
-/// A pin leaves so much room that fewer do.
-const USABLE_ON_PIN: usize = 450;
-/// Candidates drawn at most.
-const DRAWS: usize = 16_000;
+/// Work planned for a search; grows with the number of contacts that have to find room.
+#[derive(Debug, Clone, Copy)]
+struct Plan {
+    /// Usable candidates wanted.
+    usable: usize,
+    /// Candidates drawn at most.
+    draws: usize,
+    /// Starts of the local search over choices.
+    starts: usize,
+    /// Generations of the polish of each finalist.
+    generations: usize,
+}
+
+impl Plan {
+    fn new(dof: usize, effort: f64) -> Plan {
+        let (usable, draws, starts, generations) = match dof {
+            1 => (300, 4_000, 48, 120),
+            2 => (450, 8_000, 64, 160),
+            3 => (900, 16_000, 64, 200),
+            _ => (1700, 24_000, 160, 400),
+        };
+        let scaled = |n: usize| ((n as f64 * effort).round() as usize).max(1);
+        Plan {
+            usable: scaled(usable),
+            draws: scaled(draws),
+            starts: scaled(starts),
+            generations: scaled(generations),
+        }
+    }
+}
+
 /// Candidates drawn between two looks at the observer.
 const BATCH: usize = 256;
-/// Starts of the local search over choices.
-const STARTS: usize = 64;
 /// Choices that are polished and offered to the proof.
 const FINALISTS: usize = 4;
-/// Generations of the polish.
-const GENERATIONS: usize = 160;
 
 /// Searches for K compatible bands that close the follower at every φ.
 ///
@@ -75,49 +107,35 @@ const GENERATIONS: usize = 160;
 /// what most of them failed of; [`Error::Interrupted`] when stopped before there was any choice.
 pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Result<Found> {
     let workshop = Workshop::new(motion, settings);
-    let effort = settings.search.effort;
-    let scaled = |n: usize| ((n as f64 * effort).round() as usize).max(1);
+    let dof = motion.class().dof();
+    let plan = Plan::new(dof, settings.search.effort);
     let seed = settings.search.seed;
-    let spherical = motion.class().is_spherical();
 
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
-    let (wanted, draws) = (
-        scaled(if spherical { USABLE } else { USABLE_ON_PIN }),
-        scaled(DRAWS),
-    );
     let mut drawn = 0;
     let mut stop = StopReason::Finished;
-    while candidates.len() < wanted && drawn < draws {
+    while candidates.len() < plan.usable && drawn < plan.draws {
         let (usable, failed) = workshop.sample(seed, drawn, BATCH);
         drawn += BATCH;
         candidates.extend(usable);
         for (flaw, count) in failed {
             *flaws.entry(flaw).or_insert(0) += count;
         }
-        let done = (candidates.len() as f64 / wanted as f64).max(drawn as f64 / draws as f64);
-        let progress = Progress {
-            stage: "candidate bands",
-            done,
-            candidates: candidates.len(),
-            best_q: None,
-        };
+        let done = (candidates.len() as f64 / plan.usable as f64).max(drawn as f64 / plan.draws as f64);
+        let progress =
+            Progress { stage: CANDIDATES, done, candidates: candidates.len(), best_q: None };
         if observer(&progress).is_break() {
             stop = StopReason::Stopped;
             break;
         }
     }
-    candidates.truncate(wanted);
+    candidates.truncate(plan.usable);
     if candidates.is_empty() {
-        return Err(if stop == StopReason::Stopped {
-            Error::Interrupted
-        } else {
-            no_band(&flaws, drawn)
-        });
+        return Err(if stop == StopReason::Stopped { Error::Interrupted } else { no_band(&flaws, drawn) });
     }
 
     let pool = Pool::new(&workshop, &candidates);
-    let dof = motion.class().dof();
     let counts = match settings.gear.sub_gear_pairs {
         PairCount::Fixed(k) => k..=k,
         PairCount::Auto(_) => dof + 1..=dof + MORE,
@@ -125,32 +143,17 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     let mut best: Vec<Team> = Vec::new();
     for k in counts {
         let mut report = |done: f64, q: Option<f64>, stage: &'static str| {
-            observer(&Progress {
-                stage,
-                done,
-                candidates: candidates.len(),
-                best_q: q,
-            })
-            .is_break()
+            observer(&Progress { stage, done, candidates: candidates.len(), best_q: q }).is_break()
         };
-        if report(0.0, None, "combining bands") && stop == StopReason::Finished {
+        if report(0.0, None, COMBINING) && stop == StopReason::Finished {
             stop = StopReason::Stopped;
         }
-        let starts = if stop == StopReason::Stopped {
-            8
-        } else {
-            scaled(STARTS)
-        };
+        let starts = if stop == StopReason::Stopped { 8 } else { plan.starts };
         let choices = pool.best(seed, k, starts);
         let mut teams: Vec<Team> = distinct(&choices)
-            .map(|c| {
-                Team::new(
-                    &workshop,
-                    c.bands.iter().map(|&i| candidates[i].clone()).collect(),
-                )
-            })
+            .map(|c| Team::new(&workshop, c.bands.iter().map(|&i| candidates[i].clone()).collect()))
             .collect();
-        let generations = scaled(GENERATIONS);
+        let generations = plan.generations;
         let work = (teams.len() * generations) as f64;
         'polish: for i in 0..teams.len() {
             for generation in 0..generations {
@@ -159,20 +162,14 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
                 }
                 teams[i].improve(&workshop, seed.wrapping_add(i as u64));
                 let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
-                if report(
-                    (i * generations + generation) as f64 / work,
-                    Some(q),
-                    "polish",
-                ) {
+                if report((i * generations + generation) as f64 / work, Some(q), POLISH) {
                     stop = StopReason::Stopped;
                 }
             }
         }
         best.extend(teams);
         best.sort_by(|a, b| b.q.total_cmp(&a.q));
-        let closed = best
-            .first()
-            .is_some_and(|t| t.q > settings.gear.closure_threshold);
+        let closed = best.first().is_some_and(|t| t.q > settings.gear.closure_threshold);
         if closed || stop == StopReason::Stopped {
             break;
         }
@@ -199,11 +196,7 @@ fn distinct(choices: &[select::Choice]) -> impl Iterator<Item = &select::Choice>
     let mut kept: Vec<&select::Choice> = Vec::new();
     for choice in choices {
         let new = kept.iter().all(|other| {
-            let common = choice
-                .bands
-                .iter()
-                .filter(|b| other.bands.contains(b))
-                .count();
+            let common = choice.bands.iter().filter(|b| other.bands.contains(b)).count();
             2 * common <= choice.bands.len()
         });
         if new {
@@ -242,10 +235,7 @@ fn no_band(flaws: &BTreeMap<Flaw, usize>, drawn: usize) -> Error {
 fn no_choice(candidates: &[Candidate], settings: &Settings) -> Error {
     Error::Infeasible {
         reason: "no set of bands fits side by side on the gears".into(),
-        place: format!(
-            "{} usable bands, none of which go together as wanted",
-            candidates.len()
-        ),
+        place: format!("{} usable bands, none of which go together as wanted", candidates.len()),
         hint: format!(
             "smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
             settings.gear.tooth_thickness_mm, settings.search.effort

@@ -8,9 +8,16 @@ use nalgebra::{Matrix3, Vector3};
 use super::Mesh;
 use crate::{Error, Result};
 
+/// Triangles and edges smaller than this are seams of the booleans and are taken out of finished
+/// bodies, mm: ten units in the last place of an STL file's coordinates, which would otherwise fold them.
+const SEAM: f64 = 2e-5;
+
 /// A closed, oriented solid in the kernel.
 #[derive(Clone)]
 pub struct Solid(Manifold);
+
+/// Loose pieces and voids up to this are crumbs of the booleans, where surfaces nearly coincide, mm³.
+const CRUMB: f64 = 1e-3;
 
 impl Solid {
     /// The empty solid.
@@ -104,12 +111,19 @@ impl Solid {
     /// # Errors
     /// [`Error::Internal`] when a boolean failed, or the solid is empty or in several pieces.
     pub fn one_body(self, name: &str) -> Result<Mesh> {
-        let solid = self.sound(name)?;
-        let mesh = solid.mesh();
-        let components = solid.components();
-        if components != 1 {
+        let solid = Solid(self.sound(name)?.0.simplify(SEAM)).sound(name)?;
+        let mut pieces: Vec<Mesh> =
+            solid.0.decompose().into_iter().map(|piece| Solid(piece).mesh()).collect();
+        pieces.sort_by(|a, b| b.volume().abs().total_cmp(&a.volume().abs()));
+        let mut pieces = pieces.into_iter();
+        let Some(mesh) = pieces.next() else {
+            return Err(Error::Internal(format!("{name}: the solid is empty")));
+        };
+        if let Some(loose) = pieces.find(|piece| piece.volume().abs() > CRUMB) {
+            let (lo, hi) = loose.bounds();
             return Err(Error::Internal(format!(
-                "{name}: the solid is in {components} pieces instead of one"
+                "{name}: a piece of {:.3} mm³ from ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm is loose",
+                loose.volume(), lo.x, lo.y, lo.z, hi.x, hi.y, hi.z
             )));
         }
         if mesh.volume() <= 0.0 {

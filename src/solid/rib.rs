@@ -13,7 +13,7 @@ const SHORTEST: f64 = 0.8;
 
 /// Frames left out at both ends of a tooth: rib and bead end in planes of different slant, and where
 /// they met they would leave thin corners.
-pub const INSET: usize = 2;
+pub const INSET: usize = 4;
 
 /// The frames that the rib spans: all but [`INSET`] at both ends, where there are enough.
 pub fn span(frames: &[Frame]) -> &[Frame] {

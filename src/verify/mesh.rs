@@ -94,10 +94,9 @@ pub fn problems(body: &str, mesh: &Mesh) -> Vec<MeshProblem> {
             found.add(Defect::Disconnected, mesh.vertex(vertex));
         }
         for t in &mesh.triangles {
-            let [a, b, c] = t.map(|i| mesh.vertex(i));
-            let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-            if (b - a).cross(&(c - a)).norm() <= RESOLUTION * longest {
-                found.add(Defect::Degenerate, a);
+            let triangle = Triangle::new(t.map(|i| mesh.vertex(i)));
+            if triangle.height() <= RESOLUTION {
+                found.add(Defect::Degenerate, triangle.corners[0]);
             }
         }
         for at in crossings(mesh, &welded) {

@@ -13,6 +13,9 @@ use crate::solid::Mesh;
 /// normals or of the touching points seen from the ball's centre. The rest are edges and curvature.
 const OPPOSITE: f64 = -0.819;
 
+/// Triangles lower than this are seams of the solid kernel, not surface: their normals mean nothing, mm.
+const SEAM: f64 = 1e-3;
+
 /// Tasks look at this many samples in order; fixed, for results independent of the threads.
 const RUN: usize = 2048;
 
@@ -64,16 +67,17 @@ pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
 }
 
 /// Points on the surface with the tree index of their triangle: centroids of its parts after
-/// halving the longest edge until none is longer than `spacing`.
+/// halving the longest edge until none is longer than twice `spacing`, which puts neighbours about
+/// `spacing` apart.
 fn samples(tree: &Tree, spacing: f64) -> Vec<(Vector3<f64>, usize)> {
     let mut samples = Vec::new();
-    for (k, t) in tree.triangles.iter().enumerate() {
+    for (k, t) in tree.triangles.iter().enumerate().filter(|(_, t)| t.height() > SEAM) {
         let mut work = vec![t.corners];
         while let Some([a, b, c]) = work.pop() {
             let edges = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
             let longest = edges[0].max(edges[1]).max(edges[2]);
             // Rounding may keep a huge triangle from ever getting small: the stack bounds it.
-            if longest <= spacing || work.len() > 60 {
+            if longest <= 2.0 * spacing || work.len() > 60 {
                 samples.push(((a + b + c) / 3.0, k));
                 continue;
             }
@@ -93,7 +97,8 @@ fn samples(tree: &Tree, spacing: f64) -> Vec<(Vector3<f64>, usize)> {
 fn straight_through(tree: &Tree, (p, k): (Vector3<f64>, usize), limit: f64) -> Option<f64> {
     let outward = tree.triangles[k].normal;
     let (t, hit) = tree.first_hit((p, p - outward * limit), k)?;
-    (tree.triangles[hit].normal.dot(&outward) < OPPOSITE).then_some(t * limit)
+    let other = &tree.triangles[hit];
+    (other.normal.dot(&outward) < OPPOSITE && other.height() > SEAM).then_some(t * limit)
 }
 
 /// Diameter below `limit` of the largest ball inside the surface that touches it at `p`, when its

@@ -34,6 +34,14 @@ impl Triangle {
         [(a, b), (b, c), (c, a)]
     }
 
+    /// Smallest height, mm: below the resolution of a mesh the normal means nothing.
+    pub fn height(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        let height = (b - a).cross(&(c - a)).norm() / longest;
+        if height.is_finite() { height } else { 0.0 }
+    }
+
     pub fn centroid(&self) -> Vector3<f64> {
         (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
     }

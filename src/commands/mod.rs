@@ -1,0 +1,80 @@
+//! What each command does, from arguments to exit code.
+
+mod design;
+mod inspect;
+mod render;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use mpcgear::design::Design;
+use mpcgear::motion::Motion;
+use mpcgear::{Error, Problem, Result};
+
+use crate::cli::{Cli, Command};
+
+/// Runs the command and returns the exit code.
+///
+/// # Errors
+/// Whatever the command fails of.
+pub fn run(cli: &Cli) -> Result<u8> {
+    match &cli.command {
+        Command::Design(args) => design::run(cli, args),
+        Command::New { class, file } => {
+            let mut open = std::fs::OpenOptions::new();
+            let mut new = open.write(true).create_new(true).open(file).map_err(Error::io(file))?;
+            new.write_all(mpcgear::motion::starter(*class).as_bytes()).map_err(Error::io(file))?;
+            say(cli, &format!("{} written; next: mpcgear design {0} -o out", file.display()))
+        }
+        Command::Export(args) => render::export(cli, args),
+        Command::Report { folder, png } => render::report(cli, folder, png.as_deref()),
+        Command::Load { design, payload } => inspect::load(cli, design, *payload),
+        Command::Compare { designs, out } => inspect::compare(cli, designs, out),
+        Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
+    }
+}
+
+/// Writes a line for people to standard output; nothing when quiet or where JSON is wanted.
+fn say(cli: &Cli, text: &str) -> Result<u8> {
+    if !cli.quiet && !cli.json {
+        print_out(text)?;
+    }
+    Ok(0)
+}
+
+/// Writes a line to standard output; a closed pipe is no error.
+fn print_out(text: &str) -> Result<()> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("standard output")(error)),
+        _ => Ok(()),
+    }
+}
+
+/// A value as pretty JSON.
+fn json(value: &impl serde::Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))
+}
+
+/// Reads a design from its file or from the folder it is in, with its motion.
+fn read_design(path: &Path) -> Result<(Design, Motion, PathBuf)> {
+    let file = if path.is_dir() { path.join("design.json") } else { path.to_path_buf() };
+    let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
+    let broken = |what: String| Error::Input {
+        file: file.clone(),
+        problems: vec![Problem {
+            place: "design.json".into(),
+            what,
+            hint: "it has to be written by `mpcgear design` of this version".into(),
+        }],
+    };
+    let design: Design = serde_json::from_str(&text).map_err(|e| broken(e.to_string()))?;
+    if design.format != mpcgear::design::FORMAT {
+        return Err(broken(format!(
+            "format {} cannot be read, format {} can",
+            design.format,
+            mpcgear::design::FORMAT
+        )));
+    }
+    let motion = Motion::new(design.class, &design.motion)?;
+    Ok((design, motion, file))
+}
