@@ -1,5 +1,7 @@
 //! The formats that a design can be rendered in.
 
+use std::path::Path;
+
 use super::{File, Source, freecad, openscad, stl, svg, threemf};
 use crate::{Error, Problem, Result};
 
@@ -52,7 +54,7 @@ impl Format {
             Format::FreeCad => "macro that builds a parametric document (.FCMacro)",
             Format::Stl => "bodies in place and pieces to print, binary, mm (.stl)",
             Format::ThreeMf => "all bodies in one file, named and coloured, mm (.3mf)",
-            Format::Step => "one named solid per body, mm, through an installed FreeCAD (.step)",
+            Format::Step => "one named solid per body, mm, and the document, through an installed FreeCAD (.step, .FCStd)",
             Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
         }
     }
@@ -94,7 +96,7 @@ fn nearest(name: &str) -> Option<Format> {
     (distance(&best) <= 2).then_some(best)
 }
 
-/// The files of a design in `format`, flat, without folders; `part` restricts them to one body.
+/// The files of a design in `format`; `part` restricts them to one body.
 ///
 /// # Errors
 /// [`Error::Input`] for a body that the design does not have or a format that cannot be had for
@@ -128,10 +130,9 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
                     stl::binary(&source.placed(body))?,
                 ));
             }
-            let pieces = solids.pieces.iter().filter(|p| wanted(&p.body));
-            for piece in pieces.filter(|p| p.name != p.body) {
+            for piece in solids.pieces.iter().filter(|p| wanted(&p.body)) {
                 files.push(File::new(
-                    format!("print_{}.stl", piece.name),
+                    format!("print/{}.stl", piece.name),
                     stl::binary(&piece.mesh)?,
                 ));
             }
@@ -171,11 +172,15 @@ fn step(source: &Source) -> Result<Vec<File>> {
         thorough: false,
     };
     let built = freecad::run(&design, &date, &headless)?;
-    let bytes = std::fs::read(&built.step).map_err(Error::io(&built.step))?;
-    Ok(vec![File::new(
-        format!("{}.step", freecad::stem(&design)),
-        bytes,
-    )])
+    let file = |path: &Path, extension: &str| {
+        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let name = format!("{}.{extension}", freecad::stem(&design));
+        Ok(File::new(name, bytes))
+    };
+    Ok(vec![
+        file(&built.step, "step")?,
+        file(&built.document, "FCStd")?,
+    ])
 }
 
 fn refused(place: &str, what: String) -> Error {

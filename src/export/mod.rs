@@ -8,6 +8,7 @@ mod compact;
 pub mod compare;
 pub mod curves;
 pub mod date;
+pub mod evidence;
 pub mod figures;
 pub mod folder;
 pub mod format;
