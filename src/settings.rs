@@ -61,7 +61,7 @@ pub struct Gear {
     pub flank_radius_mm: f64,
     /// Height of the tooth beyond the contact point, mm; at most the flank radius. Default 0.9.
     pub tip_mm: f64,
-    /// Depth of the fixed cross section behind the contact point, towards the hub, mm. Default 1.2.
+    /// Depth of the fixed cross section behind the contact point, towards the hub, mm. Default 0.6: the rib does the rest.
     pub root_mm: f64,
     /// Smallest wall anywhere, mm. Default 0.8.
     pub minimum_wall_mm: f64,
@@ -87,7 +87,7 @@ impl Default for Gear {
             tooth_thickness_mm: 1.8,
             flank_radius_mm: 0.9,
             tip_mm: 0.9,
-            root_mm: 1.2,
+            root_mm: 0.6,
             minimum_wall_mm: 0.8,
             locus_control_points: 4,
             normal_control_points: 4,

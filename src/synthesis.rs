@@ -5,7 +5,9 @@ use rayon::prelude::*;
 
 use crate::closure::{Wrench, measure, wrench};
 use crate::contact::{Contact, Grid, Trace, spline, trace};
-use crate::design::{ClosureSample, Design, FORMAT, Gear, Section, Station, SubGearPair, ToothPair};
+use crate::design::{
+    ClosureSample, Design, FORMAT, Gear, Section, Station, SubGearPair, ToothPair,
+};
 use crate::motion::{Motion, MotionFile};
 use crate::settings::Settings;
 use crate::solid::recipe::Recipe;
@@ -42,7 +44,11 @@ pub fn design(file: &MotionFile, motion: &Motion, bands: &[BandLaw]) -> Result<D
         .zip(&traces)
         .map(|(band, teeth)| SubGearPair {
             parameters: band.to_parameters(),
-            teeth: teeth.iter().enumerate().map(|(j, t)| tooth_pair(&grid, j, t)).collect(),
+            teeth: teeth
+                .iter()
+                .enumerate()
+                .map(|(j, t)| tooth_pair(&grid, j, t))
+                .collect(),
         })
         .collect();
     Ok(Design {
@@ -103,7 +109,12 @@ fn tooth_pair(grid: &Grid, j: usize, contacts: &[Contact]) -> ToothPair {
 }
 
 /// Q at the R samples of each of the J subintervals (Eq. 11), counting tooth j within subinterval j.
-fn closure(motion: &Motion, settings: &Settings, grid: &Grid, traces: &[Vec<Trace>]) -> Vec<ClosureSample> {
+fn closure(
+    motion: &Motion,
+    settings: &Settings,
+    grid: &Grid,
+    traces: &[Vec<Trace>],
+) -> Vec<ClosureSample> {
     let (teeth, samples) = (settings.gear.teeth, settings.gear.samples);
     let (class, dof) = (motion.class(), motion.class().dof());
     let pitch = std::f64::consts::TAU / teeth as f64;
@@ -129,7 +140,12 @@ fn closure(motion: &Motion, settings: &Settings, grid: &Grid, traces: &[Vec<Trac
             };
             let (q, _) = measured(1.0);
             let (q_star, mean) = measured(0.5 * grid.center_distance);
-            ClosureSample { phi, q, q_star, eta: dof as f64 * q_star / mean }
+            ClosureSample {
+                phi,
+                q,
+                q_star,
+                eta: dof as f64 * q_star / mean,
+            }
         })
         .collect()
 }
@@ -149,7 +165,13 @@ fn at(trace: &[Contact], grid: &Grid, phi: f64) -> (Vector3<f64>, Vector3<f64>) 
 pub fn conjugation_residual(design: &Design, motion: &Motion) -> f64 {
     let l = design.settings.gear.center_distance_mm;
     let mut worst = 0.0_f64;
-    let mut note = |x: f64| worst = if x.is_finite() { worst.max(x.abs()) } else { f64::INFINITY };
+    let mut note = |x: f64| {
+        worst = if x.is_finite() {
+            worst.max(x.abs())
+        } else {
+            f64::INFINITY
+        }
+    };
     for tooth in design.sub_gear_pairs.iter().flat_map(|pair| &pair.teeth) {
         let s = &tooth.stations;
         for i in 0..s.len() {

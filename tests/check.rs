@@ -24,7 +24,9 @@ fn sound() -> &'static (Design, Vec<SolidBody>) {
 }
 
 fn bodies_of(design: &Design) -> Vec<SolidBody> {
-    Solids::build(design, &known::motion(design.class)).expect("builds").bodies
+    Solids::build(design, &known::motion(design.class))
+        .expect("builds")
+        .bodies
 }
 
 fn checked(design: &Design, motion: &Motion, bodies: &[SolidBody]) -> Check {
@@ -35,13 +37,23 @@ fn checked(design: &Design, motion: &Motion, bodies: &[SolidBody]) -> Check {
         pieces: &[],
         printer: Printer::default(),
         // 40 phases are four in each tooth's share of the turn.
-        effort: Effort { steps: 120, escape_phases: 40, directions: 2, play_phases: 10 },
+        effort: Effort {
+            steps: 120,
+            escape_phases: 40,
+            directions: 2,
+            play_phases: 10,
+        },
     };
     check(&input, &mut |_, _| ControlFlow::Continue(())).expect("checks")
 }
 
 fn failed(check: &Check) -> Vec<&str> {
-    check.claims.iter().filter(|c| !c.holds).map(|c| c.name.as_str()).collect()
+    check
+        .claims
+        .iter()
+        .filter(|c| !c.holds)
+        .map(|c| c.name.as_str())
+        .collect()
 }
 
 /// Checks the sound design on meshes of which one was changed.
@@ -75,13 +87,21 @@ fn ball(centre: Vector3<f64>, radius: f64) -> Solid {
             .chunks(solid.num_prop as usize)
             .map(|v| [v[0] + centre.x, v[1] + centre.y, v[2] + centre.z])
             .collect(),
-        triangles: solid.tri_verts.chunks(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect(),
+        triangles: solid
+            .tri_verts
+            .chunks(3)
+            .map(|t| [t[0] as u32, t[1] as u32, t[2] as u32])
+            .collect(),
     };
     Solid::new(&mesh, "ball").expect("sound")
 }
 
 fn joined(mesh: &Mesh, solid: &Solid) -> Mesh {
-    Solid::new(mesh, "body").expect("sound").union(solid).one_body("body").expect("one body")
+    Solid::new(mesh, "body")
+        .expect("sound")
+        .union(solid)
+        .one_body("body")
+        .expect("one body")
 }
 
 /// Contact point and normal into the driver in the middle of tooth `j` of pair `k`.
@@ -109,11 +129,23 @@ fn a_sound_mechanism_passes_every_claim() {
 #[test]
 fn a_thickened_tooth_is_rejected() {
     let (p, n) = middle(1, 3);
-    let check = with_mesh(Carrier::Driver, |mesh| joined(mesh, &ball(p + 0.5 * n, 0.7)));
+    let check = with_mesh(Carrier::Driver, |mesh| {
+        joined(mesh, &ball(p + 0.5 * n, 0.7))
+    });
     let failed = failed(&check);
-    assert!(failed.contains(&"driver and follower stay apart"), "{failed:?}");
-    assert!(failed.contains(&"flanks of the driver in place"), "{failed:?}");
-    let flank = check.claims.iter().find(|c| c.name == "flanks of the driver in place").unwrap();
+    assert!(
+        failed.contains(&"driver and follower stay apart"),
+        "{failed:?}"
+    );
+    assert!(
+        failed.contains(&"flanks of the driver in place"),
+        "{failed:?}"
+    );
+    let flank = check
+        .claims
+        .iter()
+        .find(|c| c.name == "flanks of the driver in place")
+        .unwrap();
     assert!(flank.place.ends_with("pair 2, tooth 4"), "{}", flank.place);
     // The ball meets the mate of the very tooth it sits on.
     let failure = &check.failures[0];
@@ -129,9 +161,15 @@ fn a_moved_tooth_is_rejected() {
         }
     });
     let failed = failed(&check);
-    assert!(failed.contains(&"flanks of the driver in place"), "{failed:?}");
+    assert!(
+        failed.contains(&"flanks of the driver in place"),
+        "{failed:?}"
+    );
     assert!(failed.contains(&"no escape"), "{failed:?}");
-    assert!(!failed.contains(&"driver and follower stay apart"), "moved away, not into: {failed:?}");
+    assert!(
+        !failed.contains(&"driver and follower stay apart"),
+        "moved away, not into: {failed:?}"
+    );
 }
 
 #[test]
@@ -142,8 +180,14 @@ fn a_flipped_tooth_is_rejected() {
         }
     });
     let failed = failed(&check);
-    assert!(failed.contains(&"flanks of the driver in place"), "{failed:?}");
-    assert!(failed.contains(&"driver and follower stay apart"), "{failed:?}");
+    assert!(
+        failed.contains(&"flanks of the driver in place"),
+        "{failed:?}"
+    );
+    assert!(
+        failed.contains(&"driver and follower stay apart"),
+        "{failed:?}"
+    );
 }
 
 #[test]
@@ -154,8 +198,14 @@ fn a_mirrored_driver_is_rejected() {
     });
     let failed = failed(&check);
     assert!(!failed.contains(&"closed meshes"), "{failed:?}");
-    assert!(failed.contains(&"flanks of the driver in place"), "{failed:?}");
-    assert!(failed.contains(&"driver and follower stay apart"), "{failed:?}");
+    assert!(
+        failed.contains(&"flanks of the driver in place"),
+        "{failed:?}"
+    );
+    assert!(
+        failed.contains(&"driver and follower stay apart"),
+        "{failed:?}"
+    );
 }
 
 #[test]
@@ -166,9 +216,16 @@ fn a_missing_tooth_is_rejected() {
     let failed = failed(&check);
     assert!(failed.contains(&"no escape"), "{failed:?}");
     assert!(failed.contains(&"hand-over"), "{failed:?}");
-    assert!(!failed.contains(&"driver and follower stay apart"), "{failed:?}");
+    assert!(
+        !failed.contains(&"driver and follower stay apart"),
+        "{failed:?}"
+    );
     let hand_over = check.claims.iter().find(|c| c.name == "hand-over").unwrap();
-    assert!(hand_over.place.ends_with("pair 1, tooth 8"), "{}", hand_over.place);
+    assert!(
+        hand_over.place.ends_with("pair 1, tooth 8"),
+        "{}",
+        hand_over.place
+    );
 }
 
 #[test]
@@ -185,7 +242,11 @@ fn a_normal_turned_by_two_degrees_is_rejected() {
     let failed = failed(&check);
     assert!(failed.contains(&"normal across the curve"), "{failed:?}");
     assert!(!failed.contains(&"shared contact points"), "{failed:?}");
-    let claim = check.claims.iter().find(|c| c.name == "normal across the curve").unwrap();
+    let claim = check
+        .claims
+        .iter()
+        .find(|c| c.name == "normal across the curve")
+        .unwrap();
     assert!(claim.place.ends_with("pair 2, tooth 1"), "{}", claim.place);
 }
 
@@ -193,9 +254,14 @@ fn a_normal_turned_by_two_degrees_is_rejected() {
 fn a_spoke_in_the_way_is_rejected() {
     // A ball on the driver's drum side of a tooth, between two bands' teeth of the follower.
     let (p, n) = middle(0, 0);
-    let check = with_mesh(Carrier::Driver, |mesh| joined(mesh, &ball(p + n - 3.0 * along(n, p), 1.6)));
+    let check = with_mesh(Carrier::Driver, |mesh| {
+        joined(mesh, &ball(p + n - 3.0 * along(n, p), 1.6))
+    });
     let failed = failed(&check);
-    assert!(failed.contains(&"driver and follower stay apart"), "{failed:?}");
+    assert!(
+        failed.contains(&"driver and follower stay apart"),
+        "{failed:?}"
+    );
 }
 
 /// Across the normal in the plane of turning: towards the neighbouring tooth.
@@ -212,8 +278,16 @@ fn a_hole_is_rejected() {
         mesh
     });
     assert_eq!(failed(&check), ["closed meshes"]);
-    let claim = check.claims.iter().find(|c| c.name == "closed meshes").unwrap();
-    assert!(claim.figure.contains("support") && claim.figure.contains("hole"), "{}", claim.figure);
+    let claim = check
+        .claims
+        .iter()
+        .find(|c| c.name == "closed meshes")
+        .unwrap();
+    assert!(
+        claim.figure.contains("support") && claim.figure.contains("hole"),
+        "{}",
+        claim.figure
+    );
 }
 
 #[test]
@@ -224,26 +298,39 @@ fn an_unreadable_mesh_is_undecided_and_fails() {
         mesh
     });
     let failed = failed(&check);
-    assert!(failed.contains(&"closed meshes") && failed.contains(&"no overlap"), "{failed:?}");
+    assert!(
+        failed.contains(&"closed meshes") && failed.contains(&"no overlap"),
+        "{failed:?}"
+    );
 }
 
 #[test]
 fn another_motion_is_rejected() {
     let (design, bodies) = sound();
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/quick_return_1r.toml");
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/quick_return_1r.toml");
     let (_, motion) = MotionFile::read(&path).expect("reads");
     let failed_of = checked(design, &motion, bodies);
     let failed = failed(&failed_of);
     assert!(failed.contains(&"shared contact points"), "{failed:?}");
     assert!(failed.contains(&"no approach"), "{failed:?}");
-    assert!(failed.contains(&"driver and follower stay apart"), "{failed:?}");
+    assert!(
+        failed.contains(&"driver and follower stay apart"),
+        "{failed:?}"
+    );
 }
 
 #[test]
 fn two_bands_of_equal_side_are_rejected() {
     let m = known::motion(Class::R1);
     let band = |z0: f64| {
-        known::Helical { alpha: 0.5, side: 1.0, z0, travel: 12.0 }.band(&m)
+        known::Helical {
+            alpha: 0.5,
+            side: 1.0,
+            z0,
+            travel: 12.0,
+        }
+        .band(&m)
     };
     let design = known::design(Class::R1, vec![band(10.0), band(26.0)]);
     let check = checked(&design, &m, &bodies_of(&design));
@@ -257,7 +344,10 @@ fn two_bands_of_equal_side_are_rejected() {
 fn a_follower_that_slides_on_its_pin_is_not_retained() {
     // The cap of the pin cut off: everything of the support above the drum.
     let (_, bodies) = sound();
-    let follower = bodies.iter().find(|b| b.carrier == Carrier::Follower).unwrap();
+    let follower = bodies
+        .iter()
+        .find(|b| b.carrier == Carrier::Follower)
+        .unwrap();
     let top = follower.mesh.bounds().1.z;
     let check = with_mesh(Carrier::Support, |mesh| {
         let pin = manifold_rust::manifold::Manifold::cube(
@@ -266,11 +356,26 @@ fn a_follower_that_slides_on_its_pin_is_not_retained() {
         );
         let gl = pin.get_mesh_gl64(-1);
         let cutter = Mesh {
-            vertices: gl.vert_properties.chunks(3).map(|v| [v[0], v[1], v[2] + 2.0 * top - 6.0]).collect(),
-            triangles: gl.tri_verts.chunks(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect(),
+            vertices: gl
+                .vert_properties
+                .chunks(3)
+                .map(|v| [v[0], v[1], v[2] + 2.0 * top - 6.0])
+                .collect(),
+            triangles: gl
+                .tri_verts
+                .chunks(3)
+                .map(|t| [t[0] as u32, t[1] as u32, t[2] as u32])
+                .collect(),
         };
         let cutter = Solid::new(&cutter, "cutter").expect("sound");
-        Solid::new(mesh, "support").expect("sound").difference(&cutter).mesh()
+        Solid::new(mesh, "support")
+            .expect("sound")
+            .difference(&cutter)
+            .mesh()
     });
-    assert!(failed(&check).contains(&"joint holds the follower"), "{:?}", failed(&check));
+    assert!(
+        failed(&check).contains(&"joint holds the follower"),
+        "{:?}",
+        failed(&check)
+    );
 }

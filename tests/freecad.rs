@@ -2,10 +2,11 @@
 
 mod synthetic;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use mpcgear::design::Design;
-use mpcgear::export::freecad::{self, Headless};
+use mpcgear::export::freecad::{self, Built, Headless};
 use mpcgear::motion::Class;
 use mpcgear::solid::Solids;
 
@@ -25,18 +26,27 @@ fn built(class: Class, teeth: usize) -> (Design, Solids) {
     (design, solids)
 }
 
-/// Whether FreeCAD is here; without it the test is skipped, unless MPCGEAR_REQUIRE_CAD=1.
-fn freecad_is_here() -> bool {
-    let found = std::process::Command::new("freecadcmd")
-        .arg("--version")
-        .output()
-        .is_ok();
+/// Whether `program` runs; without it the test is skipped, unless MPCGEAR_REQUIRE_CAD=1.
+fn is_here(program: &str, arguments: &[&str], name: &str) -> bool {
+    let ran = Command::new(program).args(arguments).output();
+    let found = ran.is_ok_and(|output| output.status.success());
     let required = std::env::var("MPCGEAR_REQUIRE_CAD").is_ok_and(|v| v == "1");
-    assert!(found || !required, "freecadcmd is not installed");
+    assert!(found || !required, "{name} is not installed");
     if !found {
-        eprintln!("skipped: freecadcmd is not installed");
+        eprintln!("skipped: {name} is not installed");
     }
     found
+}
+
+fn freecad_is_here() -> bool {
+    is_here("freecadcmd", &["-c", "import os; os._exit(0)"], "FreeCAD")
+}
+
+/// A script of these tests.
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/freecad_scripts")
+        .join(name)
 }
 
 /// Runs the macro of a class and compares every part's volume with the embedded kernel's mesh.
@@ -61,8 +71,47 @@ fn macro_agrees_with_the_mesh(class: Class) {
             .expect("part");
         let mesh = body.mesh.volume();
         let off = (volume - mesh).abs() / mesh;
-        println!("{class} {}: FreeCAD {volume:.2}, mesh {mesh:.2}, {:.3} %", body.name, 100.0 * off);
-        assert!(off < 0.005, "{}: {volume} in FreeCAD, {mesh} as mesh", body.name);
+        println!(
+            "{class} {}: FreeCAD {volume:.2}, mesh {mesh:.2}, {:.3} %",
+            body.name,
+            100.0 * off
+        );
+        assert!(
+            off < 0.005,
+            "{}: {volume} in FreeCAD, {mesh} as mesh",
+            body.name
+        );
+    }
+    another_kernel_reads_the_step(&made);
+}
+
+/// Reads the STEP file with build123d: the same named parts, one valid solid each, in mm.
+fn another_kernel_reads_the_step(made: &Built) {
+    let python = std::env::var("MPCGEAR_PYTHON").unwrap_or_else(|_| "python3".into());
+    if !is_here(&python, &["-c", "import build123d"], "build123d") {
+        return;
+    }
+    let output = Command::new(python)
+        .arg(script("read_step.py"))
+        .arg(&made.step)
+        .output()
+        .expect("starts");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let read: Vec<Vec<&str>> = text.lines().map(|l| l.split('\t').collect()).collect();
+    assert_eq!(read.len(), made.volumes.len(), "{text}");
+    for (name, volume) in &made.volumes {
+        let row = read.iter().find(|row| row[0] == name).expect("named part");
+        assert_eq!(row[1..3], ["1", "True"], "{name}: one valid solid");
+        let seen: f64 = row[3].parse().expect("volume");
+        assert!(
+            (seen - volume).abs() < 1e-4 * volume,
+            "{name}: {seen} instead of {volume}"
+        );
     }
 }
 
@@ -87,11 +136,75 @@ fn macro_of_3r1t_agrees_with_the_mesh() {
 }
 
 #[test]
-fn writes_sample_macros() {
-    for class in Class::ALL {
-        let (design, _) = built(class, 10);
-        let text = freecad::macro_text(&design, DATE).expect("renders");
-        std::fs::write(format!("/tmp/fc/{}.FCMacro", freecad::stem(&design)), text).unwrap();
-        std::fs::write(format!("/tmp/fc/{}.json", freecad::stem(&design)), serde_json::to_string(&design).unwrap()).unwrap();
+fn addon_opens_edits_drives_and_checks() {
+    if !freecad_is_here() {
+        return;
     }
+    let (design, _) = built(Class::R1, TEETH);
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("design.json");
+    std::fs::write(&path, serde_json::to_string(&design).expect("json")).expect("written");
+    let output = Command::new("freecadcmd")
+        .arg(script("addon.py"))
+        .env(
+            "MPCGEAR_ADDON",
+            concat!(env!("CARGO_MANIFEST_DIR"), "/cad/freecad"),
+        )
+        .env("MPCGEAR_DESIGN", &path)
+        .env("HOME", folder.path())
+        .output()
+        .expect("starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn failure_is_reported_and_leaves_nothing() {
+    if !freecad_is_here() {
+        return;
+    }
+    let (mut design, _) = built(Class::R1, 1);
+    let parameters = &mut design.recipe.parameters;
+    for parameter in parameters
+        .iter_mut()
+        .filter(|p| p.name == "driver_hub_radius")
+    {
+        parameter.value = -1.0;
+    }
+    let folder = tempfile::tempdir().expect("folder");
+    let headless = Headless {
+        program: Path::new("freecadcmd"),
+        folder: folder.path(),
+        thorough: false,
+    };
+    let error = freecad::run(&design, DATE, &headless).expect_err("a negative radius fails");
+    assert!(error.to_string().contains("Driver drum"), "{error}");
+    assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 0);
+}
+
+#[test]
+fn macro_is_the_same_every_time_and_carries_its_header() {
+    let (design, _) = built(Class::R1, 1);
+    let text = freecad::macro_text(&design, DATE).expect("renders");
+    assert_eq!(text, freecad::macro_text(&design, DATE).expect("renders"));
+    let head: Vec<&str> = text.lines().take(16).collect();
+    for field in [
+        "Name", "Comment", "Author", "Date", "Version", "License", "Web", "Wiki", "Icon",
+    ] {
+        let found = head
+            .iter()
+            .any(|l| l.starts_with(&format!("__{field}__ = \"")));
+        assert!(found, "__{field}__ is missing");
+    }
+    assert_eq!(freecad::stem(&design), "Synthetic1R");
+}
+
+#[test]
+fn design_without_recipe_is_refused() {
+    let (mut design, _) = built(Class::R1, 1);
+    design.recipe.bodies.clear();
+    assert!(freecad::macro_text(&design, DATE).is_err());
 }

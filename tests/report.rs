@@ -1,4 +1,5 @@
 //! The report as a browser shows it.
+#![allow(clippy::unwrap_used)] // in helpers too a failed step is a failed test
 
 mod known;
 mod synthetic;
@@ -7,11 +8,12 @@ use std::path::PathBuf;
 
 use mpcgear::design::Design;
 use mpcgear::export::compare;
-use mpcgear::export::report::{self, Claim, FileLink, Part, ReportInput};
-use mpcgear::load::sensitivity::sensitivity;
-use mpcgear::load::{Load, Sampling, analyse};
+use mpcgear::export::evidence::Evidence;
+use mpcgear::export::report::{self, Claim, ReportInput};
+use mpcgear::export::{File, Source};
+use mpcgear::load::Load;
 use mpcgear::motion::{Class, Motion};
-use mpcgear::solid::{Mesh, Solids};
+use mpcgear::solid::Solids;
 use mpcgear::stats::{self, Format};
 
 fn scratch(name: &str) -> PathBuf {
@@ -20,6 +22,7 @@ fn scratch(name: &str) -> PathBuf {
 
 fn design(class: Class) -> Design {
     let (mut design, _) = synthetic::uniform(class);
+    design.name = format!("uniform {class}");
     design.closure = known::closure_of(&design);
     design
 }
@@ -41,30 +44,8 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         ..Load::default()
     };
     let motion = Motion::new(design.class, &design.motion).unwrap();
-    let sampling = Sampling::default();
-    let load = analyse(&design, &motion, &design.settings.load, sampling).unwrap();
-    let few = Sampling {
-        count: 40,
-        ..sampling
-    };
-    let errors = sensitivity(&design, &motion, &design.settings.load, few).unwrap();
     let solids = Solids::build(&design, &motion).unwrap();
-    let placed = solids
-        .bodies
-        .iter()
-        .map(|b| solids.placed(b, &design, &motion, 0.0));
-    let meshes: Vec<Mesh> = placed.collect();
     design.recipe = solids.recipe.clone();
-    let parts: Vec<Part> = solids
-        .bodies
-        .iter()
-        .zip(&meshes)
-        .map(|(body, mesh)| Part {
-            label: &body.name,
-            carrier: body.carrier,
-            mesh,
-        })
-        .collect();
     let claim = |name: &str, meaning: &str, figure: &str| Claim {
         name: name.into(),
         meaning: meaning.into(),
@@ -73,33 +54,27 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         place: "φ = 12.0°".into(),
         holds: true,
     };
-    use_it(&ReportInput {
+    let source = Source {
         design: &design,
         motion: &motion,
-        sampling,
-        parts: &parts,
-        claims: &[
-            claim("no overlap", "No two parts ever share space.", "0 mm³"),
-            claim(
-                "no escape",
-                "The follower cannot be moved with the motor held.",
-                "0 of 2304",
-            ),
-        ],
-        load: Some(&load),
-        sensitivity: Some(&errors),
-        files: &[FileLink {
-            path: "print/driver.stl".into(),
-            note: "print upright".into(),
-            group: "Print".into(),
-        }],
-        motion_file: "name = \"<b>bold</b> </script>\"\n",
-    })
+        solids: Some(&solids),
+    };
+    let claims = vec![
+        claim("no overlap", "No two parts ever share space.", "0 mm³"),
+        claim(
+            "no escape",
+            "The follower cannot be moved with the motor held.",
+            "0 of 2304",
+        ),
+    ];
+    let files = [File::new("print/driver.stl", ""), File::new("parts.md", "")];
+    let evidence = Evidence::gather(&source, claims, &files).unwrap();
+    use_it(&evidence.input(&source, "name = \"<b>bold</b> </script>\"\n"))
 }
 
 #[test]
 fn the_report_is_one_small_file_without_links_to_the_network() {
-    let text = with_input(revolute(), |input| report::html(input)).unwrap();
+    let text = with_input(revolute(), report::html).unwrap();
     assert!(text.len() < 10_000_000, "{} bytes", text.len());
     for link in ["src=\"http", "href=\"http", "url(http", "@import", "fetch("] {
         assert!(!text.contains(link), "{link}");
@@ -212,7 +187,7 @@ fn a_browser_shows_the_mechanism_moves_it_and_plots_the_figures() {
             .fold(f64::INFINITY, f64::min),
         Motion::new(design.class, &design.motion).unwrap(),
     );
-    let html = with_input(design, |input| report::html(input)).unwrap();
+    let html = with_input(design, report::html).unwrap();
     let seen = in_browser(&html, "spherical.html");
     assert!(seen.errors.is_empty(), "{:?}", seen.errors);
     assert!(
@@ -403,4 +378,23 @@ fn designs_are_compared_on_one_page() {
         );
         assert!(series.values.iter().all(Option::is_some));
     }
+}
+
+#[test]
+fn a_draft_without_solids_or_teeth_still_has_a_report() {
+    let mut draft = revolute();
+    draft.sub_gear_pairs[1].teeth.truncate(4);
+    draft.problems = vec!["no compatible second band".into()];
+    let motion = Motion::new(draft.class, &draft.motion).unwrap();
+    let source = Source {
+        design: &draft,
+        motion: &motion,
+        solids: None,
+    };
+    let evidence = Evidence::gather(&source, Vec::new(), &[]).unwrap();
+    assert!(evidence.load.is_none() && evidence.sensitivity.is_none());
+    let html = report::html(&evidence.input(&source, "")).unwrap();
+    assert!(html.contains("<b>Draft.</b>") && html.contains("no compatible second band"));
+    let seen = in_browser(&html, "draft.html");
+    assert!(seen.errors.is_empty(), "{:?}", seen.errors);
 }

@@ -49,13 +49,17 @@ function tooth_rings(stations, section) =
 // Length of a vector's part in the xy plane.
 function level_norm(v) = norm([v.x, v.y]);
 
+// All but `inset` stations at both ends, where there are enough.
+function inner_stations(stations, inset) =
+    len(stations) > 4 * inset
+        ? [for (i = [inset : len(stations) - 1 - inset]) stations[i]]
+        : stations;
+
 // The four corners of a rib at every station: a wall from the bead's middle, `depth` behind the
 // contact point, straight towards the gear's axis through `axis`, ending `foot` from the axis.
-function rib_rings(all_stations, rib, depth, axis, foot) =
+// It is thickness[0] thick at the bead and thickness[1] where it ends.
+function rib_rings(stations, thickness, depth, axis, foot) =
     let (
-        // Four stations at both ends are left free: thin corners would stand where rib and tooth end.
-        last = len(all_stations) - 1,
-        stations = last >= 16 ? [for (i = [4 : last - 4]) all_stations[i]] : all_stations,
         outer = [for (s = stations) s[0] + depth * s[1]],
         reach = [for (o = outer) level_norm(o - axis)],
         inner_radius = min(foot, 0.8 * min(reach))
@@ -65,9 +69,10 @@ function rib_rings(all_stations, rib, depth, axis, foot) =
             radial = [outer[i].x - axis.x, outer[i].y - axis.y, 0] / reach[i],
             inner = outer[i] - (reach[i] - inner_radius) * radial,
             across = cross(cross(stations[i][1], stations[i][2]), radial),
-            side = across * (rib / 2 / norm(across))
+            half = across / norm(across) / 2
         )
-        [outer[i] - side, outer[i] + side, inner + side, inner - side]];
+        [outer[i] - thickness[0] * half, outer[i] + thickness[0] * half,
+         inner + thickness[1] * half, inner - thickness[1] * half]];
 
 // Triangles of a cap over `n` corners that start at index `first`, as a zigzag of strips.
 function cap_faces(n, first) =
@@ -104,6 +109,12 @@ module towards(axis) {
     rotate([0, acos(axis.z / norm(axis)), atan2(axis.y, axis.x)]) children();
 }
 
+// Upright cylinder between two heights.
+module post(at, bottom, top, radius) {
+    translate([at.x, at.y, bottom])
+        cylinder(h = top - bottom, r = radius, $fn = circle_sides(radius));
+}
+
 // Cylinder from `base` along `axis`.
 module rod(base, length, radius, axis = [0, 0, 1]) {
     translate(base) towards(axis)
@@ -135,4 +146,104 @@ module prism(base, length, width, sides, axis = [0, 0, 1]) {
 // Turns the direction `up` upwards.
 module upright(up) {
     rotate([0, -acos(up.z / norm(up)), 0]) rotate(-atan2(up.y, up.x)) children();
+}
+
+// Refuses a value outside its range.
+module check(name, value, least, most) {
+    assert(value >= least && value <= most,
+           str(name, " = ", value, " is out of range: ", least, " to ", most, " mm"));
+}
+
+// Refuses a word that is none of `choices`.
+module check_choice(name, value, choices) {
+    assert(len([for (c = choices) if (c == value) c]) > 0,
+           str(name, " = \"", value, "\" must be one of ", choices));
+}
+
+// ---- Bores, keyways, screws, bearings ------------------------------------------------------
+
+// [kind, diameter, flat, teeth] of the shafts that `preset` stands for; `custom` if it is none.
+function bore_preset(preset, custom) =
+    preset == "nema14" ? ["d_shape", 5, 0.5, 0] :
+    preset == "nema17" ? ["d_shape", 5, 0.5, 0] :
+    preset == "nema23" ? ["d_shape", 6.35, 0.6, 0] :
+    preset == "servo_25t" ? ["spline", 5.9, 0, 25] :
+    preset == "servo_23t" ? ["spline", 5.7, 0, 23] :
+    custom;
+
+// Outline of a hole: "round", "d_shape" with `flat` cut off, "hexagon" by its width across flats,
+// "spline" with `teeth` serrations.
+module bore_outline(kind, diameter, flat, teeth) {
+    radius = diameter / 2;
+    if (kind == "round") circle(r = radius, $fn = circle_sides(radius));
+    if (kind == "d_shape") difference() {
+        circle(r = radius, $fn = circle_sides(radius));
+        translate([radius - flat, -radius]) square(diameter);
+    }
+    if (kind == "hexagon") circle(r = radius / cos(30), $fn = 6);
+    if (kind == "spline") polygon([for (i = [0 : 2 * teeth - 1])
+        (i % 2 == 0 ? radius : 0.93 * radius) * [cos(180 * i / teeth), sin(180 * i / teeth)]]);
+}
+
+// Width and depth in the hub of a keyway by bore, DIN 6885-1 (ISO 773), for bores of 6 to 44 mm.
+function keyway_size(bore) =
+    bore <= 8 ? [2, 1] : bore <= 10 ? [3, 1.4] : bore <= 12 ? [4, 1.8] : bore <= 17 ? [5, 2.3] :
+    bore <= 22 ? [6, 2.8] : bore <= 30 ? [8, 3.3] : bore <= 38 ? [10, 3.3] : [12, 3.3];
+
+// A hole along z from 0 to `length`, with a keyway towards +y if wanted.
+module bore_hole(bore, length, keyway) {
+    linear_extrude(height = length) {
+        bore_outline(bore[0], bore[1], bore[2], bore[3]);
+        if (keyway) let (size = keyway_size(bore[1]))
+            translate([-size.x / 2, 0]) square([size.x, bore[1] / 2 + size.y]);
+    }
+}
+
+// Largest distance from the axis that a bore reaches.
+function bore_reach(bore, keyway) =
+    let (radius = bore[0] == "hexagon" ? bore[1] / 2 / cos(30) : bore[1] / 2)
+    bore[0] == "none" ? 0 :
+    keyway ? norm([keyway_size(bore[1]).x / 2, bore[1] / 2 + keyway_size(bore[1]).y]) : radius;
+
+// Distance from the axis that a bore reaches towards +x, where the flat of a D is.
+function bore_reach_x(bore, keyway) =
+    bore[0] == "d_shape" ? bore[1] / 2 - bore[2] : bore_reach(bore, keyway);
+
+// [clearance hole, width across flats of the nut, its height] by nominal size, ISO 4032.
+function screw_size(name) =
+    name == "M2" ? [2.2, 4, 1.6] : name == "M2.5" ? [2.7, 5, 2] : name == "M3" ? [3.2, 5.5, 2.4] :
+    name == "M4" ? [4.3, 7, 3.2] : [5.3, 8, 4.7];
+
+// Set screw along +x at height `z` through a wall between the radii `inner` and `outer`, and the
+// pocket that its nut is pushed into from above, up to the height `top`.
+module set_screw_hole(name, z, inner, outer, top) {
+    size = screw_size(name);
+    gap = 0.2;
+    middle = (inner + outer) / 2;
+    rod([0, 0, z], outer + 1, size[0] / 2, axis = [1, 0, 0]);
+    block([middle - size[2] / 2 - gap, -size[1] / 2 - gap, z - size[1] / cos(30) / 2 - gap],
+          [middle + size[2] / 2 + gap, size[1] / 2 + gap, top]);
+}
+
+// Bore, outer diameter and width of small ball bearings, mm.
+function bearing_size(name) =
+    name == "MR84" ? [4, 8, 3] : name == "MR105" ? [5, 10, 4] : name == "MR126" ? [6, 12, 4] :
+    name == "688" ? [8, 16, 5] : name == "608" ? [8, 22, 7] : [0, 0, 0];
+
+// ---- Printing ------------------------------------------------------------------------------
+
+// Pulls the first layers of what lies on z = 0 in by `amount`, against an elephant's foot.
+module pull_in_foot(amount) {
+    if (amount > 0) {
+        difference() {
+            children();
+            translate([0, 0, -1]) linear_extrude(height = 1 + amount) difference() {
+                square(1000, center = true);
+                offset(delta = -amount) projection(cut = true)
+                    translate([0, 0, -amount / 2]) children();
+            }
+        }
+    } else {
+        children();
+    }
 }

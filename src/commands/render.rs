@@ -4,9 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use mpcgear::design::Design;
-use mpcgear::export::report::{Claim, Part, ReportInput};
-use mpcgear::export::{File, Source, freecad, openscad, report, stl, threemf};
-use mpcgear::load::{self, Sampling};
+use mpcgear::export::report::ReportInput;
+use mpcgear::export::{File, Source, evidence, freecad, openscad, report, stl, threemf};
 use mpcgear::motion::Motion;
 use mpcgear::solid::assembly::Solids;
 use mpcgear::verify::Proof;
@@ -162,75 +161,9 @@ fn with_report<T>(
     (solids, proof, motion_file): (&Solids, Option<&Proof>, &str),
     make: impl FnOnce(&ReportInput) -> Result<T>,
 ) -> Result<T> {
-    let meshes: Vec<_> = solids.bodies.iter().map(|b| solids.placed(b, design, motion, 0.0)).collect();
-    let parts: Vec<Part> = solids
-        .bodies
-        .iter()
-        .zip(&meshes)
-        .map(|(body, mesh)| Part {
-            label: &body.name,
-            carrier: body.carrier,
-            mesh,
-        })
-        .collect();
-    // A draft may have no closure: its report shows no loads.
-    let sampling = Sampling::default();
-    let load = load::analyse(design, motion, &design.settings.load, sampling).ok();
-    let claims = proof.map(|p| claims(design, p)).unwrap_or_default();
-    make(&ReportInput {
-        design,
-        motion,
-        sampling,
-        parts: &parts,
-        claims: &claims,
-        load: load.as_ref(),
-        sensitivity: None,
-        files: &[],
-        motion_file,
-    })
-}
-
-/// The proof as claims.
-fn claims(design: &Design, proof: &Proof) -> Vec<Claim> {
-    let mut claims = Vec::new();
-    let threshold = design.settings.gear.closure_threshold;
-    if let Some(worst) = design.closure.iter().min_by(|a, b| a.q.total_cmp(&b.q)) {
-        claims.push(Claim {
-            name: "form closure".into(),
-            meaning: "the driver holds the follower in every direction it could move".into(),
-            figure: format!("min Q = {:.3}", worst.q),
-            limit: format!("> {threshold}"),
-            place: format!("φ = {:.1}°", worst.phi.to_degrees()),
-            holds: worst.q > threshold,
-        });
-    }
-    for pair in &proof.pairs {
-        claims.push(Claim {
-            name: format!("{} and {} stay apart", pair.bodies[0], pair.bodies[1]),
-            meaning: "no two parts touch where they should not, over the whole turn".into(),
-            figure: format!("{:.4} mm³ shared", pair.overlap_mm3.unwrap_or(f64::INFINITY)),
-            limit: "0 mm³".into(),
-            place: pair.overlap_at.as_ref().map(ToString::to_string).unwrap_or_default(),
-            holds: pair.holds(),
-        });
-    }
-    claims.push(Claim {
-        name: "no escape".into(),
-        meaning: "a small push in any direction is stopped by a tooth".into(),
-        figure: format!("{} of {} pushes got through", proof.escapes.len(), proof.displacements),
-        limit: "0".into(),
-        place: proof.escapes.first().map(|e| format!("φ = {:.1}°", e.phi.to_degrees())).unwrap_or_default(),
-        holds: proof.escapes.is_empty(),
-    });
-    for (body, wall) in &proof.walls {
-        claims.push(Claim {
-            name: format!("walls of the {body}"),
-            meaning: "nothing is too thin to print".into(),
-            figure: wall.map_or("thicker than looked for".into(), |w| format!("{:.2} mm", w.thickness_mm)),
-            limit: format!("≥ {} mm", proof.minimum_wall_mm),
-            place: wall.map_or(String::new(), |w| format!("({:.1}, {:.1}, {:.1}) mm", w.at[0], w.at[1], w.at[2])),
-            holds: wall.is_none_or(|w| w.thickness_mm >= proof.minimum_wall_mm),
-        });
-    }
-    claims
+    let source = Source { design, motion, solids: Some(solids) };
+    let residual = mpcgear::synthesis::conjugation_residual(design, motion);
+    let claims = evidence::claims(&source, proof, residual);
+    let evidence = evidence::Evidence::gather(&source, claims, &[])?;
+    make(&evidence.input(&source, motion_file))
 }

@@ -147,9 +147,17 @@ impl Contact {
         for (t, turning) in [(self.t1, self.turning[0]), (self.t2, -self.turning[1])] {
             let along = t.normalize();
             let across = self.n.cross(&along);
-            let (tt, tb) = (turning.dot(&along) / t.norm(), turning.dot(&across) / t.norm());
+            let (tt, tb) = (
+                turning.dot(&along) / t.norm(),
+                turning.dot(&across) / t.norm(),
+            );
             let own = nalgebra::Matrix2::new(tt, tb, tb, 1.0 / radius);
-            let basis = nalgebra::Matrix2::new(e1.dot(&along), e2.dot(&along), e1.dot(&across), e2.dot(&across));
+            let basis = nalgebra::Matrix2::new(
+                e1.dot(&along),
+                e2.dot(&along),
+                e1.dot(&across),
+                e2.dot(&across),
+            );
             sum += basis.transpose() * own * basis;
         }
         let (mean, half) = (0.5 * sum.trace(), 0.5 * (sum[(0, 0)] - sum[(1, 1)]));
@@ -226,7 +234,8 @@ impl Local {
             t2,
             gap: (self.n_rate - node.driver.omega.cross(&self.n)).dot(&(v2 - v1))
                 - self.n.dot(&self.omega_rel.cross(&t2)),
-            turning: [node.driver.omega, node.follower.omega].map(|w| self.n_rate - w.cross(&self.n)),
+            turning: [node.driver.omega, node.follower.omega]
+                .map(|w| self.n_rate - w.cross(&self.n)),
         }
     }
 }

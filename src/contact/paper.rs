@@ -263,7 +263,10 @@ impl ToothModel {
                     t1: s.t1,
                     t2: s.t2,
                     gap,
-                    turning: [n_rate - driver.omega.cross(&s.n), n_rate - follower.omega.cross(&s.n)],
+                    turning: [
+                        n_rate - driver.omega.cross(&s.n),
+                        n_rate - follower.omega.cross(&s.n),
+                    ],
                 }
             })
             .collect()

@@ -116,17 +116,17 @@ pub fn all(input: &ReportInput) -> Vec<Figure> {
 
 fn sizes(input: &ReportInput, figures: &mut Vec<Figure>) {
     let mut add = table(figures, "Size");
-    for part in input.parts {
+    for part in input.bodies {
         let (low, high) = part.mesh.bounds();
         let size = high - low;
         add(
-            part.label,
+            &part.name,
             format!("{:.0} × {:.0} × {:.0}", size.x, size.y, size.z),
             "mm",
             "",
         );
         add(
-            &format!("{}: volume", part.label),
+            &format!("{}: volume", part.name),
             rounded(part.mesh.volume() / 1000.0, 3),
             "cm³",
             "",

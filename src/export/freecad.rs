@@ -14,8 +14,13 @@ use crate::design::Design;
 use crate::{Error, Result};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
-const BUILDER: &str = include_str!("../../cad/freecad/mpcgear/builder.py");
-const FILES: &str = include_str!("../../cad/freecad/mpcgear/files.py");
+/// The add-on's modules that the macro consists of, in the order of their imports.
+const MODULES: [&str; 4] = [
+    include_str!("../../cad/freecad/mpcgear/parameters.py"),
+    include_str!("../../cad/freecad/mpcgear/poses.py"),
+    include_str!("../../cad/freecad/mpcgear/builder.py"),
+    include_str!("../../cad/freecad/mpcgear/files.py"),
+];
 
 /// Every which contact station carries a section of the loft: lofts through every third one stay
 /// within 4e-4 mm of those through all and fuse twice as fast.
@@ -70,18 +75,29 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
                 teeth => design.settings.gear.teeth,
                 distance => design.settings.gear.center_distance_mm,
                 min_q => min_q.map_or("not measured".into(), |q| format!("{q:.3}")),
-                builder => BUILDER.trim_end(),
-                files => FILES.trim_end(),
+                code => MODULES.map(standalone).join("\n\n"),
                 design => outline(&essence(design)?, 0),
             },
         )
         .map_err(|e| Error::Internal(format!("FreeCAD macro: {e:#}")))
 }
 
+/// A module without its imports from its neighbours, which stand before it in the macro.
+fn standalone(module: &str) -> String {
+    let lines = module.lines().filter(|line| !line.starts_with("from ."));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
 /// Text for a comment or a quoted string: no line ends, quotes or backslashes.
 fn one_line(text: &str) -> String {
     text.chars()
-        .map(|c| if c.is_control() || "\"'\\".contains(c) { ' ' } else { c })
+        .map(|c| {
+            if c.is_control() || "\"'\\".contains(c) {
+                ' '
+            } else {
+                c
+            }
+        })
         .collect()
 }
 
@@ -104,8 +120,8 @@ fn essence(design: &Design) -> Result<Value> {
     for body in &mut slim.recipe.bodies {
         body.pieces.clear();
     }
-    let mut value = serde_json::to_value(&slim)
-        .map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
+    let mut value =
+        serde_json::to_value(&slim).map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
     if let Some(fields) = value.as_object_mut() {
         fields.remove("motion");
     }
@@ -118,7 +134,9 @@ fn round(value: &mut Value) {
         Value::Number(number) => {
             let scale = 10f64.powi(DECIMALS);
             let rounded = number.as_f64().map(|x| (x * scale).round() / scale + 0.0);
-            if !number.is_u64() && let Some(x) = rounded.and_then(serde_json::Number::from_f64) {
+            if !number.is_u64()
+                && let Some(x) = rounded.and_then(serde_json::Number::from_f64)
+            {
                 *number = x;
             }
         }

@@ -7,8 +7,10 @@ pub mod chart;
 mod compact;
 pub mod compare;
 pub mod curves;
+pub mod date;
 pub mod figures;
 pub mod folder;
+pub mod format;
 pub mod freecad;
 pub mod openscad;
 pub mod parts;
@@ -18,6 +20,7 @@ mod scad_bed;
 mod scad_csg;
 mod scad_teeth;
 pub mod stl;
+pub mod svg;
 pub mod tables;
 pub mod threemf;
 
@@ -25,8 +28,9 @@ use std::path::PathBuf;
 
 use crate::Result;
 use crate::design::Design;
-use crate::motion::Motion;
-use crate::solid::Solids;
+use crate::motion::{Motion, Pose};
+use crate::solid::assembly::SolidBody;
+use crate::solid::{Mesh, Solids};
 use tables::Summary;
 
 /// Everything that files are made from.
@@ -38,6 +42,27 @@ pub struct Source<'a> {
     pub motion: &'a Motion,
     /// The built bodies and pieces; `None` for a draft that could not be built.
     pub solids: Option<&'a Solids>,
+}
+
+impl Source<'_> {
+    /// A body's mesh in Σ at φ = 0, mm.
+    pub fn placed(&self, body: &SolidBody) -> Mesh {
+        body.mesh.moved(&self.pose(body))
+    }
+
+    /// Pose in Σ at φ = 0 of a body.
+    pub fn pose(&self, body: &SolidBody) -> Pose {
+        let l = self.design.settings.gear.center_distance_mm;
+        body.carrier.pose(self.motion, l, 0.0)
+    }
+
+    /// The design with the recipe that its solids were built from.
+    pub fn with_recipe(&self, solids: &Solids) -> Design {
+        Design {
+            recipe: solids.recipe.clone(),
+            ..self.design.clone()
+        }
+    }
 }
 
 /// One file of an output folder.
@@ -74,17 +99,14 @@ pub fn files(source: &Source, summary: &Summary) -> Result<Vec<File>> {
         return Ok(files);
     };
     for body in &solids.bodies {
-        let l = source.design.settings.gear.center_distance_mm;
-        let pose = body.carrier.pose(source.motion, l, 0.0);
-        let mesh = body.mesh.moved(&pose);
         files.push(File::new(
             format!("meshes/{}.stl", body.name),
-            stl::binary(&mesh)?,
+            stl::binary(&source.placed(body))?,
         ));
     }
     files.push(File::new(
         "meshes/assembly.3mf",
-        threemf::assembly(source.design, source.motion, solids)?,
+        threemf::assembly(source, solids, None)?,
     ));
     for piece in &solids.pieces {
         files.push(File::new(

@@ -8,8 +8,10 @@ use serde::Serialize;
 use super::scad_csg::{self, Module};
 use super::scad_teeth::{self, number};
 use super::{Source, tables};
+use crate::motion::Class;
 use crate::solid::expression::Values;
 use crate::solid::recipe::{Body, Feature, Operation, Parameter, Recipe};
+use crate::solid::rib;
 use crate::{Error, Result};
 
 /// The library that every script carries a copy of.
@@ -18,7 +20,7 @@ const LIBRARY: &str = include_str!("../../cad/openscad/mpcgear.scad");
 /// Poses in the assembly's table.
 const POSES: u32 = 180;
 
-const TEMPLATES: [(&str, &str); 7] = [
+const TEMPLATES: [(&str, &str); 10] = [
     ("header", include_str!("../../templates/scad_header.jinja")),
     (
         "parameters",
@@ -26,6 +28,18 @@ const TEMPLATES: [(&str, &str); 7] = [
     ),
     ("hidden", include_str!("../../templates/scad_hidden.jinja")),
     ("body", include_str!("../../templates/scad_body.jinja")),
+    (
+        "options_driver",
+        include_str!("../../templates/scad_driver.jinja"),
+    ),
+    (
+        "options_follower",
+        include_str!("../../templates/scad_follower.jinja"),
+    ),
+    (
+        "options_support",
+        include_str!("../../templates/scad_support.jinja"),
+    ),
     ("part.scad", include_str!("../../templates/part.scad.jinja")),
     (
         "assembly.scad",
@@ -81,36 +95,19 @@ pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
     let parts = parts?;
     let mut scripts = Vec::new();
     for (body, part) in recipe.bodies.iter().zip(&parts) {
-        let used = used_parameters(recipe, std::slice::from_ref(body));
-        let page = Page {
-            about: about(source, &format!("the {}", body.name)),
-            groups: groups(&used),
-            fixed: fixed(&used),
-            section: body.teeth.map(|_| section(source)),
-            bodies: std::slice::from_ref(part),
-            library: library(),
-            poses: Vec::new(),
-        };
+        let (body, part) = (std::slice::from_ref(body), std::slice::from_ref(part));
+        let name = &body[0].name;
+        let page = Page::new(source, recipe, body, part, &format!("the {name}"));
         scripts.push(Script {
-            name: format!("{}.scad", body.name),
+            name: format!("{name}.scad"),
             text: render("part.scad", page)?,
         });
     }
-    let used = used_parameters(recipe, &recipe.bodies);
+    let poses = tables::poses(source.motion, POSES);
+    let what = "the whole mechanism, animated";
     let page = Page {
-        about: about(source, "the whole mechanism, animated"),
-        groups: groups(&used),
-        fixed: fixed(&used),
-        section: Some(section(source)),
-        bodies: &parts,
-        library: library(),
-        poses: tables::poses(source.motion, POSES)
-            .iter()
-            .map(|row| {
-                let numbers = [row.x, row.y, row.z, row.qw, row.qx, row.qy, row.qz];
-                format!("[{}]", numbers.map(|x| number(x, 6)).join(", "))
-            })
-            .collect(),
+        poses: poses.iter().map(pose_line).collect(),
+        ..Page::new(source, recipe, &recipe.bodies, &parts, what)
     };
     scripts.push(Script {
         name: "assembly.scad".into(),
@@ -119,21 +116,78 @@ pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
     Ok(scripts)
 }
 
+fn pose_line(row: &tables::PoseRow) -> String {
+    let numbers = [row.x, row.y, row.z, row.qw, row.qx, row.qy, row.qz];
+    format!("[{}]", numbers.map(|x| number(x, 6)).join(", "))
+}
+
 /// What the script templates are filled from.
 #[derive(Serialize)]
 struct Page<'a> {
     about: About,
     groups: Vec<Group>,
     fixed: Vec<Entry>,
-    section: Option<SectionValues>,
+    landmarks: Vec<Named>,
+    has_teeth: bool,
     bodies: &'a [Part],
     library: &'static str,
     poses: Vec<String>,
 }
 
+/// A named expression.
+#[derive(Serialize)]
+struct Named {
+    name: &'static str,
+    expression: String,
+    description: &'static str,
+}
+
+impl<'a> Page<'a> {
+    /// A page about `bodies`, which `parts` describe.
+    fn new(
+        source: &Source,
+        recipe: &Recipe,
+        bodies: &[Body],
+        parts: &'a [Part],
+        what: &str,
+    ) -> Self {
+        let used = used_parameters(recipe, bodies);
+        let has_teeth = bodies.iter().any(|b| b.teeth.is_some());
+        let mut groups = groups(&used);
+        if has_teeth {
+            groups.extend(tooth_groups(source));
+        }
+        let own = bodies.iter().flat_map(|b| &b.features);
+        let of_pieces = bodies
+            .iter()
+            .flat_map(|b| &b.pieces)
+            .flat_map(|p| &p.features);
+        let landmarks = scad_csg::landmarks(own.chain(of_pieces));
+        Page {
+            about: about(source, what),
+            groups,
+            fixed: fixed(&used),
+            landmarks: landmarks
+                .into_iter()
+                .map(|l| Named {
+                    name: l.name,
+                    expression: l.expression.trim_matches(['(', ')']).into(),
+                    description: l.description,
+                })
+                .collect(),
+            has_teeth,
+            bodies: parts,
+            library: library(),
+            poses: Vec::new(),
+        }
+    }
+}
+
 /// The library without its own head comment.
 fn library() -> &'static str {
-    LIBRARY.split_once("\n\n").map_or(LIBRARY, |(_, rest)| rest)
+    LIBRARY
+        .split_once("\n\n")
+        .map_or(LIBRARY, |(_, rest)| rest.trim_end())
 }
 
 #[derive(Serialize)]
@@ -147,6 +201,7 @@ struct About {
     k: usize,
     j: usize,
     q_min: String,
+    date: Option<String>,
 }
 
 fn about(source: &Source, what: &str) -> About {
@@ -165,6 +220,7 @@ fn about(source: &Source, what: &str) -> About {
         k: design.sub_gear_pairs.len(),
         j: design.settings.gear.teeth,
         q_min: q_min.map_or("not known".into(), |q| number(q, 3)),
+        date: super::date::from_environment(),
     }
 }
 
@@ -236,31 +292,69 @@ fn fixed(parameters: &[&Parameter]) -> Vec<Entry> {
     dictated.map(|p| Entry::new(p)).collect()
 }
 
-#[derive(Serialize)]
-struct SectionValues {
-    thickness: String,
-    flank_radius: String,
-    tip: String,
-    root: String,
-    clearance: String,
-    clearance_max: String,
-    rib: String,
-    rib_min: String,
-}
-
-fn section(source: &Source) -> SectionValues {
+/// Customizer groups of the section and the ribs.
+fn tooth_groups(source: &Source) -> [Group; 2] {
     let s = &source.design.section;
     let wall = source.design.settings.gear.minimum_wall_mm;
-    SectionValues {
-        thickness: number(s.thickness, 4),
-        flank_radius: number(s.flank_radius, 4),
-        tip: number(s.tip, 4),
-        root: number(s.root, 4),
-        clearance: number(s.clearance, 4),
-        clearance_max: number(s.clearance.max(2.0 * scad_teeth::SPARE), 4),
-        rib: number(s.rib, 4),
-        rib_min: number(s.rib.min(wall), 4),
-    }
+    let entry = |name: &str, value: f64, (min, max): (f64, f64), description: &str| Entry {
+        name: name.into(),
+        value: number(value, 4),
+        min: number(min.min(value), 4),
+        max: number(max.max(value), 4),
+        step: "0.01",
+        description: description.into(),
+    };
+    let teeth = vec![
+        entry(
+            "tooth_thickness",
+            s.thickness,
+            (wall, s.thickness),
+            "thickness across the bead; it grows away from the contact",
+        ),
+        entry(
+            "flank_radius",
+            s.flank_radius,
+            (0.4, s.flank_radius),
+            "radius of the round flanks; the contact point stays where it is",
+        ),
+        entry(
+            "tooth_tip",
+            s.tip,
+            (0.3 * s.flank_radius, s.tip),
+            "height beyond the contact point",
+        ),
+        entry(
+            "tooth_root",
+            s.root,
+            (0.1, s.root),
+            "depth of the section behind the contact point",
+        ),
+        entry(
+            "clearance",
+            s.clearance,
+            (0.0, 2.0 * scad_teeth::SPARE),
+            "flank-to-flank gap, half of it off this gear; both gears want the same value, 0 binds",
+        ),
+    ];
+    let spokes = vec![
+        entry(
+            "rib_thickness",
+            s.rib,
+            (wall, s.rib),
+            "thickness of the wall that carries a tooth",
+        ),
+        entry(
+            "rib_foot_thickness",
+            s.rib,
+            (wall, s.thickness),
+            "its thickness at the hub; more than at the tooth makes a tapered wall",
+        ),
+    ];
+    let group = |name: &str, entries| Group {
+        name: name.into(),
+        entries,
+    };
+    [group("Teeth", teeth), group("Spokes", spokes)]
 }
 
 /// A body as the templates need it.
@@ -268,6 +362,8 @@ fn section(source: &Source) -> SectionValues {
 struct Part {
     name: String,
     colour: &'static str,
+    /// Template of the options that only the part's own file has.
+    options: Option<&'static str>,
     modules: Vec<Module>,
     tree: String,
     teeth: Option<TeethPart>,
@@ -282,6 +378,8 @@ struct TeethPart {
     stations: Vec<String>,
     axis: String,
     foot: String,
+    /// Stations at both ends that have no rib.
+    inset: usize,
     beads_apart: bool,
     ribs_apart: bool,
 }
@@ -315,6 +413,7 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
                     number(a.z, 4)
                 ),
                 foot: number(teeth.foot, 4),
+                inset: rib::INSET,
                 beads_apart: teeth.beads_apart,
                 ribs_apart: teeth.ribs_apart,
             })
@@ -346,12 +445,23 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
     Ok(Part {
         name: body.name.clone(),
         colour: super::threemf::colour(&body.name),
+        options: options(source, &body.name),
         tree: scad_csg::tree(&steps),
         modules,
         teeth,
         pieces,
         pose: (body.name == "follower").then(|| pose(source)),
     })
+}
+
+fn options(source: &Source, body: &str) -> Option<&'static str> {
+    match body {
+        "driver" => Some("options_driver"),
+        // The mount of 1R has the pocket of the pin's cap where a boss would stand.
+        "follower" if source.design.class != Class::R1 => Some("options_follower"),
+        "support" => Some("options_support"),
+        _ => None,
+    }
 }
 
 /// The calls of `features` in order, after putting their modules into `modules`.

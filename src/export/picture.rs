@@ -3,8 +3,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::report::{Part, color};
-use crate::solid::assembly::Carrier;
+use super::report::color;
+use crate::solid::assembly::{Carrier, SolidBody};
 use crate::{Error, Result};
 
 /// From where, and how large.
@@ -58,11 +58,11 @@ struct Layer {
     samples: Vec<Sample>,
 }
 
-/// PNG of `parts` where they are, on white.
+/// PNG of `bodies` where they are, on white.
 ///
 /// # Errors
 /// [`Error::Internal`] when the picture cannot be encoded.
-pub fn mechanism(parts: &[Part], view: View) -> Result<Vec<u8>> {
+pub fn mechanism(bodies: &[SolidBody], view: View) -> Result<Vec<u8>> {
     let (width, height) = (view.width * SAMPLES, view.height * SAMPLES);
     let towards_eye = Vector3::from(view.direction).normalize();
     let right = Vector3::z()
@@ -76,7 +76,7 @@ pub fn mechanism(parts: &[Part], view: View) -> Result<Vec<u8>> {
     ]);
 
     let points = || {
-        parts
+        bodies
             .iter()
             .flat_map(|p| &p.mesh.vertices)
             .map(|&v| turn * Vector3::from(v))
@@ -99,9 +99,9 @@ pub fn mechanism(parts: &[Part], view: View) -> Result<Vec<u8>> {
         ]
     };
 
-    let mut solid = Layer::new(width, height);
+    let mut solid = Layer::new(width, height); // stays empty without bodies
     let mut glass = Layer::new(width, height);
-    for part in parts {
+    for part in bodies {
         let layer = if view.glass && part.carrier == Carrier::Support {
             &mut glass
         } else {

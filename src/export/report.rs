@@ -18,8 +18,7 @@ use crate::load::contacts::Configuration;
 use crate::load::sensitivity::Sensitivity;
 use crate::load::{LoadReport, Sampling};
 use crate::motion::Motion;
-use crate::solid::Mesh;
-use crate::solid::assembly::Carrier;
+use crate::solid::assembly::{Carrier, SolidBody};
 pub use crate::verify::Claim;
 use crate::{Error, Result};
 
@@ -36,8 +35,8 @@ pub struct ReportInput<'a> {
     pub motion: &'a Motion,
     /// Driver angles that are shown and plotted.
     pub sampling: Sampling,
-    /// Bodies or pieces at φ = 0 in Σ.
-    pub parts: &'a [Part<'a>],
+    /// Bodies at φ = 0 in Σ; empty for a draft that could not be built.
+    pub bodies: &'a [SolidBody],
     /// Verdicts of the proof.
     pub claims: &'a [Claim],
     /// Load figures.
@@ -48,17 +47,6 @@ pub struct ReportInput<'a> {
     pub files: &'a [FileLink],
     /// Motion file as the user wrote it, to be shown; may be empty.
     pub motion_file: &'a str,
-}
-
-/// One solid of the 3D view.
-#[derive(Debug, Clone, Copy)]
-pub struct Part<'a> {
-    /// What it is called in the list of parts.
-    pub label: &'a str,
-    /// How it moves.
-    pub carrier: Carrier,
-    /// Shape in Σ at φ = 0, mm.
-    pub mesh: &'a Mesh,
 }
 
 /// Colour of the parts of a carrier, CSS.
@@ -122,7 +110,7 @@ struct ScenePart<'a> {
 /// Writes the report to `path`; the file appears whole or not at all.
 ///
 /// # Errors
-/// [`Error::Infeasible`] when a tooth is missing, [`Error::Io`] when the file cannot be written,
+/// [`Error::Io`] when the file cannot be written,
 /// [`Error::Internal`] when the template fails.
 pub fn write(input: &ReportInput, path: &Path) -> Result<()> {
     write_whole(path, html(input)?.as_bytes())
@@ -136,7 +124,7 @@ pub fn write_pictures(input: &ReportInput, folder: &Path) -> Result<Vec<PathBuf>
     std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
     let mut pictures = vec![(
         "mechanism",
-        picture::mechanism(input.parts, View::default())?,
+        picture::mechanism(input.bodies, View::default())?,
     )];
     for plot in curves::plots(input) {
         pictures.push((plot.id, chart::png(&plot, CHART)?));
@@ -160,14 +148,14 @@ pub fn html(input: &ReportInput) -> Result<String> {
     let plots = curves::plots(input);
     let figures = grouped(figures::all(input), |f: &Figure| f.group.to_string());
     let files = grouped(input.files.to_vec(), |f: &FileLink| f.group.clone());
-    let scene = scene(input, &plots)?;
+    let scene = scene(input, &plots);
     let failed = input.claims.iter().filter(|c| !c.holds).count();
     let verdict = match (design.problems.len() + failed, input.claims.len()) {
         (0, 0) => "unchecked",
         (0, _) => "works",
         _ => "draft",
     };
-    let picture = picture::mechanism(input.parts, View::default())?;
+    let picture = picture::mechanism(input.bodies, View::default())?;
     render(
         "report.html",
         context! {
@@ -226,7 +214,7 @@ fn joint_words(class: crate::motion::Class) -> &'static str {
     }
 }
 
-fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Result<Scene<'a>> {
+fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Scene<'a> {
     let (design, motion) = (input.design, input.motion);
     let sampling = input.sampling;
     let whole_turn = sampling.is_whole_turn();
@@ -241,16 +229,22 @@ fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Result<Scene<'a>> {
         let t = pose.translation;
         [t.x, t.y, t.z, q.w, q.i, q.j, q.k]
     });
-    let mut contacts = vec![Vec::with_capacity(angles.len()); design.sub_gear_pairs.len()];
-    for &phi in &angles {
-        for (track, c) in contacts
-            .iter_mut()
-            .zip(Configuration::at(design, motion, phi)?.contacts)
-        {
-            track.push([c.p.x, c.p.y, c.p.z, c.n.x, c.n.y, c.n.z]);
-        }
-    }
-    Ok(Scene {
+    // A draft may lack teeth: it is shown without contacts.
+    let at_all: Result<Vec<Configuration>> = angles
+        .iter()
+        .map(|&phi| Configuration::at(design, motion, phi))
+        .collect();
+    let at_all = at_all.unwrap_or_default();
+    let contacts = (0..design.sub_gear_pairs.len())
+        .filter(|_| !at_all.is_empty())
+        .map(|k| at_all.iter().map(move |at| &at.contacts[k]))
+        .map(|track| {
+            track
+                .map(|c| [c.p.x, c.p.y, c.p.z, c.n.x, c.n.y, c.n.z])
+                .collect()
+        })
+        .collect();
+    Scene {
         name: &design.name,
         class: design.class.to_string(),
         center_distance: design.settings.gear.center_distance_mm,
@@ -262,19 +256,19 @@ fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Result<Scene<'a>> {
             .collect(),
         phi_deg: angles.iter().map(|phi| phi.to_degrees()).collect(),
         parts: input
-            .parts
+            .bodies
             .iter()
             .map(|part| ScenePart {
-                label: part.label,
+                label: &part.name,
                 moves: carrier_name(part.carrier),
                 color: color(part.carrier),
-                mesh: CompactMesh::new(part.mesh),
+                mesh: CompactMesh::new(&part.mesh),
             })
             .collect(),
         contacts,
         end_effector: design.settings.load.point_mm,
         plots,
-    })
+    }
 }
 
 /// Renders one of the page templates with the shared style and the vendored libraries in it.

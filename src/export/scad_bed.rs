@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::scad_csg::tidy;
+use super::scad_csg::readable;
 use super::scad_teeth::number;
 use crate::Result;
 use crate::solid::expression::Values;
@@ -25,7 +25,7 @@ pub fn bottom(features: &[Feature], up: [f64; 3], values: &Values) -> Result<Str
     for feature in features {
         for face in faces(&feature.shape, up) {
             if (values.eval(&face)? - lowest).abs() < SAME_FACE {
-                return Ok(tidy(&face));
+                return Ok(readable(&face));
             }
         }
     }

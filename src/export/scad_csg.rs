@@ -4,27 +4,47 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
+use crate::solid::landmarks::{LANDMARKS, Landmark};
 use crate::solid::recipe::{Feature, Operation, Shape};
+
+/// Longest line of generated code.
+const LINE: usize = 100;
 
 /// A feature as a module of its own.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Module {
     /// Module name.
     pub name: String,
-    /// The call that makes the solid, without `;`.
-    pub call: String,
+    /// The module's code.
+    pub code: String,
 }
 
 /// The module of one feature; `owner` (body or piece) keeps names apart.
 pub fn module(owner: &str, feature: &Feature) -> Module {
-    let name = identifier(&feature.name);
-    Module {
-        name: if name.starts_with(owner) {
-            name
-        } else {
-            format!("{owner}_{name}")
-        },
-        call: call(&feature.shape),
+    let plain = identifier(&feature.name);
+    let name = match plain.starts_with(owner) {
+        true => plain,
+        false => format!("{owner}_{plain}"),
+    };
+    let call = call(&feature.shape);
+    let line = format!("module {name}() {{ {call}; }}");
+    let code = match line.len() <= LINE {
+        true => line,
+        false => format!("module {name}() {{\n    {}\n}}", wrapped(&call)),
+    };
+    Module { name, code }
+}
+
+/// A call with `;`, on as many lines as it needs.
+fn wrapped(call: &str) -> String {
+    let short = format!("{call};");
+    match call.split_once('(') {
+        Some((name, arguments)) if short.len() > LINE - 4 => {
+            let indent = " ".repeat(name.len() + 5);
+            let lines = arguments.replace("], [", &format!("],\n{indent}["));
+            format!("{name}({lines};")
+        }
+        _ => short,
     }
 }
 
@@ -37,52 +57,55 @@ fn identifier(text: &str) -> String {
 fn call(shape: &Shape) -> String {
     match shape {
         Shape::Cone {
-            base,
-            axis,
+            base: [x, y, bottom],
+            axis: [0.0, 0.0, 1.0],
             length,
             r0,
             r1,
-        } if r0 == r1 => format!(
-            "rod({}, {}, {}{})",
-            point(base),
-            tidy(length),
-            tidy(r0),
-            direction(axis)
-        ),
+        } if r0 == r1 && upper_end(length, bottom).is_some() => {
+            let top = readable(upper_end(length, bottom).unwrap_or_default());
+            let [x, y, bottom, r0] = [x, y, bottom, r0].map(readable);
+            format!("post([{x}, {y}], {bottom}, {top}, {r0})")
+        }
         Shape::Cone {
             base,
             axis,
             length,
             r0,
             r1,
-        } => format!(
-            "cone({}, {}, {}, {}{})",
-            point(base),
-            tidy(length),
-            tidy(r0),
-            tidy(r1),
-            direction(axis)
-        ),
+        } => {
+            let (at, way) = (point(base), direction(axis));
+            let [length, from, to] = [length, r0, r1].map(readable);
+            match from == to {
+                true => format!("rod({at}, {length}, {from}{way})"),
+                false => format!("cone({at}, {length}, {from}, {to}{way})"),
+            }
+        }
         Shape::Block { min, max } => format!("block({}, {})", point(min), point(max)),
-        Shape::Ball { center, radius } => format!("ball({}, {})", point(center), tidy(radius)),
+        Shape::Ball { center, radius } => {
+            format!("ball({}, {})", point(center), readable(radius))
+        }
         Shape::Prism {
             base,
             axis,
             length,
             width,
             sides,
-        } => format!(
-            "prism({}, {}, {}, {sides}{})",
-            point(base),
-            tidy(length),
-            tidy(width),
-            direction(axis)
-        ),
+        } => {
+            let (at, way) = (point(base), direction(axis));
+            let [length, width] = [length, width].map(readable);
+            format!("prism({at}, {length}, {width}, {sides}{way})")
+        }
     }
 }
 
+/// The upper end of an upright solid whose length is written as "upper end − (bottom)".
+fn upper_end<'a>(length: &'a str, bottom: &str) -> Option<&'a str> {
+    length.strip_suffix(&format!(" - ({bottom})"))
+}
+
 fn point(coordinates: &[String; 3]) -> String {
-    let [x, y, z] = coordinates.each_ref().map(|c| tidy(c));
+    let [x, y, z] = coordinates.each_ref().map(|c| readable(c));
     format!("[{x}, {y}, {z}]")
 }
 
@@ -94,8 +117,25 @@ fn direction(axis: &[f64; 3]) -> String {
     }
 }
 
+/// The expression with its landmarks by name, without parentheses that say nothing.
+pub fn readable(expression: impl AsRef<str>) -> String {
+    let named = LANDMARKS
+        .iter()
+        .fold(expression.as_ref().to_string(), |text, l| {
+            text.replace(l.expression, l.name)
+        });
+    tidy(&named)
+}
+
+/// The landmarks that the features' expressions use.
+pub fn landmarks<'a>(features: impl Iterator<Item = &'a Feature>) -> Vec<&'static Landmark> {
+    let all: Vec<&str> = features.flat_map(|f| expressions(&f.shape)).collect();
+    let used = |l: &&Landmark| all.iter().any(|e| e.contains(l.expression));
+    LANDMARKS.iter().filter(used).collect()
+}
+
 /// The expression without parentheses around single names or numbers, or around the whole.
-pub fn tidy(expression: &str) -> String {
+fn tidy(expression: &str) -> String {
     let mut text = expression.trim().to_string();
     let mut from = 0;
     while let Some(open) = text[from..].find('(').map(|i| from + i) {

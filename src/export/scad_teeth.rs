@@ -43,7 +43,8 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
         thickness: section.thickness + SPARE,
         flank_radius: section.flank_radius + 0.5 * SPARE,
         clearance: 0.0,
-        rib: section.rib + SPARE,
+        // The wall may be as thick as the bead at the hub.
+        rib: section.thickness + SPARE,
         ..*section
     };
     let place = format!("{gear:?} tooth").to_lowercase();

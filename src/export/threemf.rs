@@ -9,8 +9,9 @@ use std::io::{Cursor, Write as _};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-use crate::design::Design;
-use crate::motion::{Motion, Pose};
+use super::Source;
+use crate::motion::Pose;
+use crate::solid::assembly::SolidBody;
 use crate::solid::{Mesh, Solids};
 use crate::{Error, Result};
 
@@ -37,14 +38,18 @@ pub fn colour(body: &str) -> &'static str {
     }
 }
 
-/// The mechanism at φ = 0 as one 3MF file with an object per body, in mm.
+/// The mechanism at φ = 0 as one 3MF file with an object per body, in mm; `part` restricts it to
+/// one body.
 ///
 /// # Errors
 /// [`Error::Internal`] when the archive cannot be written.
-pub fn assembly(design: &Design, motion: &Motion, solids: &Solids) -> Result<Vec<u8>> {
-    let l = design.settings.gear.center_distance_mm;
-    let model =
-        model(design, motion, solids, l).map_err(|e| Error::Internal(format!("3MF: {e}")))?;
+pub fn assembly(source: &Source, solids: &Solids, part: Option<&str>) -> Result<Vec<u8>> {
+    let bodies: Vec<&SolidBody> = solids
+        .bodies
+        .iter()
+        .filter(|b| part.is_none_or(|part| part == b.name))
+        .collect();
+    let model = model(source, &bodies).map_err(|e| Error::Internal(format!("3MF: {e}")))?;
     let parts = [
         ("[Content_Types].xml", CONTENT_TYPES),
         ("_rels/.rels", RELATIONSHIPS),
@@ -63,12 +68,8 @@ pub fn assembly(design: &Design, motion: &Motion, solids: &Solids) -> Result<Vec
     Ok(cursor.into_inner())
 }
 
-fn model(
-    design: &Design,
-    motion: &Motion,
-    solids: &Solids,
-    center_distance: f64,
-) -> std::result::Result<String, std::fmt::Error> {
+fn model(source: &Source, bodies: &[&SolidBody]) -> std::result::Result<String, std::fmt::Error> {
+    let design = source.design;
     let mut xml = String::new();
     writeln!(xml, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
     writeln!(
@@ -92,7 +93,7 @@ fn model(
     }
     writeln!(xml, " <resources>")?;
     writeln!(xml, r#"  <basematerials id="1">"#)?;
-    for body in &solids.bodies {
+    for body in bodies {
         writeln!(
             xml,
             r#"   <base name="{}" displaycolor="{}"/>"#,
@@ -101,7 +102,7 @@ fn model(
         )?;
     }
     writeln!(xml, "  </basematerials>")?;
-    for (i, body) in solids.bodies.iter().enumerate() {
+    for (i, body) in bodies.iter().enumerate() {
         writeln!(
             xml,
             r#"  <object id="{}" type="model" name="{}" pid="1" pindex="{i}">"#,
@@ -113,8 +114,8 @@ fn model(
     }
     writeln!(xml, " </resources>")?;
     writeln!(xml, " <build>")?;
-    for (i, body) in solids.bodies.iter().enumerate() {
-        let pose = body.carrier.pose(motion, center_distance, 0.0);
+    for (i, body) in bodies.iter().enumerate() {
+        let pose = source.pose(body);
         writeln!(
             xml,
             r#"  <item objectid="{}" transform="{}"/>"#,
@@ -149,7 +150,8 @@ fn transform(pose: &Pose) -> String {
     numbers.join(" ")
 }
 
-fn escaped(text: &str) -> String {
+/// Text for XML.
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -205,6 +205,13 @@ impl Workshop {
             .collect()
     }
 
+    /// Axial room that a band takes: up to its far end where the joint is a ball, which the bands lie
+    /// above or below; its own height on a pin.
+    pub fn height(&self, candidate: &Candidate) -> f64 {
+        let (low, high) = candidate.swept.extent();
+        if self.class.is_spherical() { low.abs().max(high.abs()) } else { high - low }
+    }
+
     /// Breeds `count` children of `parents`: compact parents more often than others. Returns the
     /// usable children, in order.
     pub fn breed(

@@ -259,13 +259,17 @@ impl Scene {
             let follower = band.bead_axis(grid, j, Gear::Follower, radius, 1);
             let near = |phase: &&Phase| self.meshes(j as u8, phase.phi);
             self.phases.iter().filter(near).all(|phase| {
-                let placed: Vec<_> =
-                    follower.iter().map(|&c| phase.follower_in_driver.apply(c)).collect();
+                let placed: Vec<_> = follower
+                    .iter()
+                    .map(|&c| phase.follower_in_driver.apply(c))
+                    .collect();
                 if closest(&driver, &placed) <= limit {
                     return false;
                 }
-                let back: Vec<_> =
-                    driver.iter().map(|&c| phase.driver_in_follower.apply(c)).collect();
+                let back: Vec<_> = driver
+                    .iter()
+                    .map(|&c| phase.driver_in_follower.apply(c))
+                    .collect();
                 let reach = radius + self.rib_radius + RIB_GAP;
                 beside_ribs(&driver, self.axis(Gear::Driver), &placed) > reach
                     && beside_ribs(&follower, self.axis(Gear::Follower), &back) > reach
@@ -347,10 +351,10 @@ fn segments([a0, a1]: [Vector3<f64>; 2], [b0, b1]: [Vector3<f64>; 2]) -> f64 {
 
 /// Depth to which beads may seem to sink into each other between sampled phases, mm: a fraction of
 /// the default clearance.
-const SINK: f64 = 0.02;
+const SINK: f64 = 0.01;
 
 /// Least gap between a bead and its mate's rib, mm.
-const RIB_GAP: f64 = 0.02;
+const RIB_GAP: f64 = 0.06;
 
 /// Teeth further than this from their contact are behind their gear, rad.
 const MESH_WINDOW: f64 = 1.3;

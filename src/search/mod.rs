@@ -73,23 +73,26 @@ struct Plan {
     draws: usize,
     /// Starts of the local search over choices.
     starts: usize,
+    /// Times the pool is bred on around the best choices.
+    rounds: u64,
     /// Generations of the polish of each finalist.
     generations: usize,
 }
 
 impl Plan {
     fn new(dof: usize, effort: f64) -> Plan {
-        let (usable, draws, starts, generations) = match dof {
-            1 => (300, 4_000, 48, 120),
-            2 => (450, 8_000, 64, 160),
-            3 => (900, 16_000, 64, 200),
-            _ => (1700, 24_000, 160, 400),
+        let (usable, draws, starts, rounds, generations) = match dof {
+            1 => (300, 4_000, 48, 0, 120),
+            2 => (450, 8_000, 64, 0, 160),
+            3 => (900, 16_000, 64, 0, 200),
+            _ => (1200, 20_000, 96, 3, 300),
         };
         let scaled = |n: usize| ((n as f64 * effort).round() as usize).max(1);
         Plan {
             usable: scaled(usable),
             draws: scaled(draws),
             starts: scaled(starts),
+            rounds,
             generations: scaled(generations),
         }
     }
@@ -135,21 +138,39 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         return Err(if stop == StopReason::Stopped { Error::Interrupted } else { no_band(&flaws, drawn) });
     }
 
-    let pool = Pool::new(&workshop, &candidates);
     let counts = match settings.gear.sub_gear_pairs {
         PairCount::Fixed(k) => k..=k,
         PairCount::Auto(_) => dof + 1..=dof + MORE,
     };
     let mut best: Vec<Team> = Vec::new();
     for k in counts {
-        let mut report = |done: f64, q: Option<f64>, stage: &'static str| {
-            observer(&Progress { stage, done, candidates: candidates.len(), best_q: q }).is_break()
-        };
-        if report(0.0, None, COMBINING) && stop == StopReason::Finished {
+        let progress =
+            Progress { stage: COMBINING, done: 0.0, candidates: candidates.len(), best_q: None };
+        if observer(&progress).is_break() {
             stop = StopReason::Stopped;
         }
         let starts = if stop == StopReason::Stopped { 8 } else { plan.starts };
-        let choices = pool.best(seed, k, starts);
+        let mut choices = Pool::new(&workshop, &candidates).best(seed, k, starts);
+        for round in 0..plan.rounds {
+            if stop == StopReason::Stopped {
+                break;
+            }
+            candidates = enriched(&workshop, &candidates, &choices, (seed, round));
+            choices = Pool::new(&workshop, &candidates).best(seed, k, starts);
+            let progress = Progress {
+                stage: COMBINING,
+                done: (round + 1) as f64 / plan.rounds as f64,
+                candidates: candidates.len(),
+                best_q: choices.first().map(|c| c.q),
+            };
+            if observer(&progress).is_break() {
+                stop = StopReason::Stopped;
+            }
+        }
+        let usable = candidates.len();
+        let mut report = |done: f64, q: Option<f64>, stage: &'static str| {
+            observer(&Progress { stage, done, candidates: usable, best_q: q }).is_break()
+        };
         let mut teams: Vec<Team> = distinct(&choices)
             .map(|c| Team::new(&workshop, c.bands.iter().map(|&i| candidates[i].clone()).collect()))
             .collect();
@@ -190,6 +211,36 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
 
 /// K above N tried before a motion is called infeasible.
 const MORE: usize = 3;
+
+/// A pool around good choices: their bands, children of these, and the first of the old ones. Without
+/// any choice, around the bands that need the least room.
+fn enriched(
+    workshop: &Workshop,
+    old: &[Candidate],
+    choices: &[select::Choice],
+    (seed, round): (u64, u64),
+) -> Vec<Candidate> {
+    let mut elite: Vec<usize> =
+        choices.iter().take(ELITE).flat_map(|c| c.bands.iter().copied()).collect();
+    elite.sort_unstable();
+    elite.dedup();
+    if elite.is_empty() {
+        elite = (0..old.len()).collect();
+        elite.sort_by(|&a, &b| workshop.height(&old[a]).total_cmp(&workshop.height(&old[b])));
+        elite.truncate(old.len() / 3);
+        elite.sort_unstable();
+    }
+    let parents: Vec<Candidate> = elite.iter().map(|&i| old[i].clone()).collect();
+    let children = workshop.breed(seed, round, &parents, CHILDREN);
+    let rest = (0..old.len()).filter(|i| elite.binary_search(i).is_err()).take(KEPT);
+    let rest: Vec<Candidate> = rest.map(|i| old[i].clone()).collect();
+    parents.into_iter().chain(children).chain(rest).collect()
+}
+
+/// Choices whose bands are bred on, children tried, and others kept for variety.
+const ELITE: usize = 24;
+const CHILDREN: usize = 1200;
+const KEPT: usize = 500;
 
 /// The best choices that differ from each other in at least half of their bands.
 fn distinct(choices: &[select::Choice]) -> impl Iterator<Item = &select::Choice> {

@@ -11,11 +11,11 @@ pub const RING_RADIUS: &str = "(ball_radius + joint_play + socket_wall)";
 pub const LUG_SCREW_Y: &str = "(ball_radius + joint_play + socket_wall + lug_length / 2)";
 
 /// Top of the pin's full radius: below the follower's web (1R) or the closed end of its bore.
-const PIN_TOP_R1: &str =
+pub const PIN_TOP_R1: &str =
     "(mount_bottom + mount_thickness - cap_pocket - web_thickness - safety_gap)";
 const PIN_TOP_R1T1: &str = "(mount_bottom + lift_min - safety_gap)";
 /// Upper face of the web that the cap holds down, 1R.
-const WEB_TOP: &str = "(mount_bottom + mount_thickness - cap_pocket)";
+pub const WEB_TOP: &str = "(mount_bottom + mount_thickness - cap_pocket)";
 
 /// Ball and the necks that carry it; follower frame.
 pub fn ball() -> Vec<Feature> {

@@ -16,6 +16,9 @@ const SEAM: f64 = 2e-5;
 #[derive(Clone)]
 pub struct Solid(Manifold);
 
+/// Loose pieces and voids up to this are crumbs of the booleans, where surfaces nearly coincide, mm³.
+const CRUMB: f64 = 1e-3;
+
 impl Solid {
     /// The empty solid.
     pub fn empty() -> Solid {
@@ -109,11 +112,18 @@ impl Solid {
     /// [`Error::Internal`] when a boolean failed, or the solid is empty or in several pieces.
     pub fn one_body(self, name: &str) -> Result<Mesh> {
         let solid = Solid(self.sound(name)?.0.simplify(SEAM)).sound(name)?;
-        let mesh = solid.mesh();
-        let components = solid.components();
-        if components != 1 {
+        let mut pieces: Vec<Mesh> =
+            solid.0.decompose().into_iter().map(|piece| Solid(piece).mesh()).collect();
+        pieces.sort_by(|a, b| b.volume().abs().total_cmp(&a.volume().abs()));
+        let mut pieces = pieces.into_iter();
+        let Some(mesh) = pieces.next() else {
+            return Err(Error::Internal(format!("{name}: the solid is empty")));
+        };
+        if let Some(loose) = pieces.find(|piece| piece.volume().abs() > CRUMB) {
+            let (lo, hi) = loose.bounds();
             return Err(Error::Internal(format!(
-                "{name}: the solid is in {components} pieces instead of one"
+                "{name}: a piece of {:.3} mm³ from ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm is loose",
+                loose.volume(), lo.x, lo.y, lo.z, hi.x, hi.y, hi.z
             )));
         }
         if mesh.volume() <= 0.0 {

@@ -7,6 +7,7 @@ pub mod expression;
 mod hub;
 mod joints;
 pub mod kernel;
+pub mod landmarks;
 pub mod layout;
 pub mod measure;
 pub mod mesh;

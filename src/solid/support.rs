@@ -14,17 +14,17 @@ pub const BRIDGE_BOTTOM: &str = "(driver_top + joint_play)";
 /// Upper face of the bridge.
 pub const BRIDGE_TOP: &str = "(driver_top + joint_play + bridge_thickness)";
 /// Half width of the bridge's arm: radius of its bearing eye.
-const EYE: &str = "(journal_radius + joint_play + bearing_wall)";
+pub const EYE: &str = "(journal_radius + joint_play + bearing_wall)";
 /// Face of the driver tower away from the driver.
-const TOWER_BACK: &str = "(tower_front - tower_thickness)";
+pub const TOWER_BACK: &str = "(tower_front - tower_thickness)";
 /// Middle of the driver tower.
-const TOWER_X: &str = "(tower_front - tower_thickness / 2)";
+pub const TOWER_X: &str = "(tower_front - tower_thickness / 2)";
 /// Screws of the bridge.
-const BRIDGE_SCREW_Y: &str = "(tower_half_width - 3.5)";
+pub const BRIDGE_SCREW_Y: &str = "(tower_half_width - 3.5)";
 /// Upper face of the follower stand's foot.
-const FOOT_TOP: &str = "(driver_bottom - joint_play + foot_thickness)";
+pub const FOOT_TOP: &str = "(driver_bottom - joint_play + foot_thickness)";
 /// Where the slider's guide begins behind the carriage's wall.
-const RAIL_FRONT: &str = "(stand_front + guide_wall + joint_play)";
+pub const RAIL_FRONT: &str = "(stand_front + guide_wall + joint_play)";
 
 /// Base plate and driver tower.
 pub fn base() -> Vec<Feature> {

@@ -9,7 +9,9 @@ use super::escape::Held;
 use super::fabrication::{self, Printer};
 use super::failure::{self, Recognised};
 use super::overlap::{self, OverlapSettings, Part};
-use super::{Mechanism, Progress, Proof, ProofSettings, conjugation, directions, joints, prove, touching};
+use super::{
+    Mechanism, Progress, Proof, ProofSettings, conjugation, directions, joints, prove, touching,
+};
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{ClosureSample, Design};
 use crate::load::contacts::Configuration;
@@ -51,7 +53,12 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Effort { steps: 360, escape_phases: 72, directions: 32, play_phases: 24 }
+        Effort {
+            steps: 360,
+            escape_phases: 72,
+            directions: 32,
+            play_phases: 24,
+        }
     }
 }
 
@@ -113,13 +120,23 @@ pub fn check(input: &CheckInput, progress: &mut Progress) -> Result<Check> {
     };
     let known = samples.as_deref().unwrap_or(&[]);
     // Without Q no displacement has a size; every one of them then counts as an escape.
-    let nothing = [ClosureSample { phi: 0.0, q: f64::NAN, q_star: f64::NAN, eta: f64::NAN }];
+    let nothing = [ClosureSample {
+        phi: 0.0,
+        q: f64::NAN,
+        q_star: f64::NAN,
+        eta: f64::NAN,
+    }];
     let known = if known.is_empty() { &nothing } else { known };
     let mut proof = prove(input.bodies, &mechanism, (&proof_settings, known), progress)?;
     claims.extend(mesh_claims(&proof));
     let mut play = Vec::new();
     if proof.pairs.is_empty() {
-        for name in ["no overlap", "no escape", "flanks in place", "joint holds the follower"] {
+        for name in [
+            "no overlap",
+            "no escape",
+            "flanks in place",
+            "joint holds the follower",
+        ] {
             let claim = Claim::new(name, "cannot be tried on these meshes");
             claims.push(claim.undecided("a mesh is empty or unreadable"));
         }
@@ -132,32 +149,59 @@ pub fn check(input: &CheckInput, progress: &mut Progress) -> Result<Check> {
                 .ok_or_else(|| Error::Internal(format!("no {carrier:?} among the bodies")))
         };
         let (driver, follower) = (find(Carrier::Driver)?, find(Carrier::Follower)?);
-        claims.extend(overlap_claims(&mut proof, &parts, &mechanism, &proof_settings));
+        claims.extend(overlap_claims(
+            &mut proof,
+            &parts,
+            &mechanism,
+            &proof_settings,
+        ));
         claims.push(escape_claim(&proof));
-        let held = Held { driver, follower, mechanism };
+        let held = Held {
+            driver,
+            follower,
+            mechanism,
+        };
         play = plays(&held, known, (&input.effort, settings.fit.clearance_mm));
         claims.push(play_claim(&play));
         claims.extend(touching::claims(design, (driver, follower)));
-        claims.extend(joints::claims(&parts, &mechanism, settings.fit.joint_play_mm));
+        claims.extend(joints::claims(
+            &parts,
+            &mechanism,
+            settings.fit.joint_play_mm,
+        ));
     }
-    let pieces = input.pieces.iter().map(|(name, mesh)| (name.as_str(), mesh));
+    let pieces = input
+        .pieces
+        .iter()
+        .map(|(name, mesh)| (name.as_str(), mesh));
     claims.extend(fabrication::claims(pieces, &input.printer));
     let failures = failure::recognise(design, &mechanism, &proof.pairs);
     for f in &failures {
         let name = |t: Option<(usize, usize)>| {
-            t.map_or("no tooth".into(), |(k, j)| format!("pair {} tooth {}", k + 1, j + 1))
+            t.map_or("no tooth".into(), |(k, j)| {
+                format!("pair {} tooth {}", k + 1, j + 1)
+            })
         };
         claims.push(
             Claim::new("known failure", &f.failure.to_string())
                 .say(
                     false,
-                    format!("driver: {}, follower: {}", name(f.driver_tooth), name(f.follower_tooth)),
+                    format!(
+                        "driver: {}, follower: {}",
+                        name(f.driver_tooth),
+                        name(f.follower_tooth)
+                    ),
                     "none of the known failures",
                 )
                 .at(f.place.to_string()),
         );
     }
-    Ok(Check { claims, proof, play, failures })
+    Ok(Check {
+        claims,
+        proof,
+        play,
+        failures,
+    })
 }
 
 /// Q, Q* and η from the stations and the motion; `None` when some φ has no contact.
@@ -180,37 +224,79 @@ fn closure(design: &Design, motion: &Motion) -> Option<Vec<ClosureSample>> {
             let mean = star.iter().map(size).sum::<f64>() / star.len() as f64;
             let q_star = measure(&star, dof);
             let q = measure(&wrenches(1.0), dof);
-            Some(ClosureSample { phi, q, q_star, eta: dof as f64 * q_star / mean })
+            Some(ClosureSample {
+                phi,
+                q,
+                q_star,
+                eta: dof as f64 * q_star / mean,
+            })
         })
         .collect()
 }
 
 fn closure_claims(design: &Design, samples: &Option<Vec<ClosureSample>>) -> Vec<Claim> {
     let gear = &design.settings.gear;
-    let claim = || Claim::new("dynamic form closure", "the driver holds the follower in every direction it could move");
+    let claim = || {
+        Claim::new(
+            "dynamic form closure",
+            "the driver holds the follower in every direction it could move",
+        )
+    };
     let Some(samples) = samples.as_ref().filter(|s| !s.is_empty()) else {
-        return vec![claim().undecided("some driver angle has no tooth in contact, or too few stations")];
+        return vec![
+            claim().undecided("some driver angle has no tooth in contact, or too few stations"),
+        ];
     };
     let least = |get: fn(&ClosureSample) -> f64| {
-        samples.iter().min_by(|a, b| get(a).total_cmp(&get(b))).map_or((f64::NAN, 0.0), |s| (get(s), s.phi))
+        samples
+            .iter()
+            .min_by(|a, b| get(a).total_cmp(&get(b)))
+            .map_or((f64::NAN, 0.0), |s| (get(s), s.phi))
     };
     let place = |phi: f64| format!("φ = {:.2}°", phi.to_degrees());
     let (q, q_phi) = least(|s| s.q);
     let (q_star, star_phi) = least(|s| s.q_star);
     let (eta, eta_phi) = least(|s| s.eta);
-    let valid = samples.iter().filter(|s| s.q > gear.closure_threshold).count() as f64 / samples.len() as f64;
-    let stored = design.closure.iter().map(|s| s.q).fold(f64::INFINITY, f64::min);
+    let valid = samples
+        .iter()
+        .filter(|s| s.q > gear.closure_threshold)
+        .count() as f64
+        / samples.len() as f64;
+    let stored = design
+        .closure
+        .iter()
+        .map(|s| s.q)
+        .fold(f64::INFINITY, f64::min);
     vec![
-        claim().decide(q, "(min Q)", Bound::AtLeast(gear.closure_threshold)).at(place(q_phi)),
-        Claim::new("form closure, dimensionless", "the same with lengths measured in L/2")
-            .decide(q_star, "(min Q*)", Bound::AtLeast(0.0))
-            .at(place(star_phi)),
-        Claim::new("quality of the hold", "how close it comes to the best that contacts of this size allow")
-            .decide(eta, "(min η)", Bound::AtLeast(0.0))
-            .at(place(eta_phi)),
-        Claim::new("share of the turn", "the hold is there all the time").decide(valid, "(E_validTime)", Bound::AtLeast(1.0)),
-        Claim::new("figures of the file", "min Q in design.json is what its contacts give")
-            .decide((stored - q).abs() / q.abs(), "relative difference", Bound::AtMost(0.02)),
+        claim()
+            .decide(q, "(min Q)", Bound::AtLeast(gear.closure_threshold))
+            .at(place(q_phi)),
+        Claim::new(
+            "form closure, dimensionless",
+            "the same with lengths measured in L/2",
+        )
+        .decide(q_star, "(min Q*)", Bound::AtLeast(0.0))
+        .at(place(star_phi)),
+        Claim::new(
+            "quality of the hold",
+            "how close it comes to the best that contacts of this size allow",
+        )
+        .decide(eta, "(min η)", Bound::AtLeast(0.0))
+        .at(place(eta_phi)),
+        Claim::new("share of the turn", "the hold is there all the time").decide(
+            valid,
+            "(E_validTime)",
+            Bound::AtLeast(1.0),
+        ),
+        Claim::new(
+            "figures of the file",
+            "min Q in design.json is what its contacts give",
+        )
+        .decide(
+            (stored - q).abs() / q.abs(),
+            "relative difference",
+            Bound::AtMost(0.02),
+        ),
     ]
 }
 
@@ -221,11 +307,17 @@ fn mesh_claims(proof: &Proof) -> Vec<Claim> {
         Some(first) => mesh.say(false, first.to_string(), "no defects"),
     }];
     for (body, wall) in &proof.walls {
-        let claim = Claim::new(format!("walls of the {body}"), "nothing is too thin to print");
+        let claim = Claim::new(
+            format!("walls of the {body}"),
+            "nothing is too thin to print",
+        );
         claims.push(match wall {
             Some(w) => claim
                 .decide(w.thickness_mm, "mm", Bound::AtLeast(proof.minimum_wall_mm))
-                .at(format!("({:.2}, {:.2}, {:.2}) mm", w.at[0], w.at[1], w.at[2])),
+                .at(format!(
+                    "({:.2}, {:.2}, {:.2}) mm",
+                    w.at[0], w.at[1], w.at[2]
+                )),
             None => claim.say(
                 true,
                 format!("> {:.2} mm", 1.25 * proof.minimum_wall_mm),
@@ -251,7 +343,10 @@ fn overlap_claims(
         if !grown.holds() {
             let find = |name: &str| parts.iter().find(|p| p.body.name == name);
             if let (Some(first), Some(second)) = (find(&a), find(&b)) {
-                let plain = OverlapSettings { steps: settings.phases, floor: 0.0 };
+                let plain = OverlapSettings {
+                    steps: settings.phases,
+                    floor: 0.0,
+                };
                 *pair = overlap::apart((first, second), mechanism, &plain);
             }
         }
@@ -262,14 +357,22 @@ fn overlap_claims(
         let figure = match (pair.overlap_at, pair.doubts.len()) {
             (Some(_), _) => format!(
                 "{} shared in {} steps of the turn",
-                pair.overlap_mm3.map_or("unmeasured volume".into(), |v| format!("{v:.4} mm³")),
+                pair.overlap_mm3
+                    .map_or("unmeasured volume".into(), |v| format!("{v:.4} mm³")),
                 pair.colliding_steps
             ),
             (None, 0) => format!("{:.4} mm smallest gap", pair.gap_mm),
             (None, n) => format!("undecided in {n} steps of the turn"),
         };
-        let place = pair.overlap_at.or(pair.doubts.first().copied()).unwrap_or(pair.gap_at);
-        claims.push(claim.say(pair.holds(), figure, "0 mm³, proven for every φ").at(place.to_string()));
+        let place = pair
+            .overlap_at
+            .or(pair.doubts.first().copied())
+            .unwrap_or(pair.gap_at);
+        claims.push(
+            claim
+                .say(pair.holds(), figure, "0 mm³, proven for every φ")
+                .at(place.to_string()),
+        );
         claims.push(
             Claim::new(
                 format!("{a} and {b} stay apart as printed"),
@@ -280,22 +383,38 @@ fn overlap_claims(
                 format!("{:.4} mm smallest gap", grown.gap_mm),
                 &format!("> {:.3} mm everywhere", 2.0 * settings.grown_by_mm),
             )
-            .at(grown.doubts.first().copied().unwrap_or(grown.gap_at).to_string()),
+            .at(grown
+                .doubts
+                .first()
+                .copied()
+                .unwrap_or(grown.gap_at)
+                .to_string()),
         );
     }
     claims
 }
 
 fn escape_claim(proof: &Proof) -> Claim {
-    Claim::new("no escape", "a small push in any direction is stopped by a tooth")
-        .say(
-            proof.escapes.is_empty() && proof.displacements > 0,
-            format!("{} of {} pushes got through", proof.escapes.len(), proof.displacements),
-            "0",
+    Claim::new(
+        "no escape",
+        "a small push in any direction is stopped by a tooth",
+    )
+    .say(
+        proof.escapes.is_empty() && proof.displacements > 0,
+        format!(
+            "{} of {} pushes got through",
+            proof.escapes.len(),
+            proof.displacements
+        ),
+        "0",
+    )
+    .at(proof.escapes.first().map_or(String::new(), |e| {
+        format!(
+            "φ = {:.2}°, direction {:.3?}",
+            e.phi.to_degrees(),
+            e.direction
         )
-        .at(proof.escapes.first().map_or(String::new(), |e| {
-            format!("φ = {:.2}°, direction {:.3?}", e.phi.to_degrees(), e.direction)
-        }))
+    }))
 }
 
 /// Play at evenly spread phases in the directions of the escape test.
@@ -314,23 +433,39 @@ fn plays(held: &Held, closure: &[ClosureSample], (effort, clearance): (&Effort, 
             directions
                 .iter()
                 .zip(distances)
-                .map(|(u, distance)| Play { phi, direction: u.iter().copied().collect(), distance, first_order })
+                .map(|(u, distance)| Play {
+                    phi,
+                    direction: u.iter().copied().collect(),
+                    distance,
+                    first_order,
+                })
                 .collect::<Vec<_>>()
         })
         .collect()
 }
 
 fn play_claim(play: &[Play]) -> Claim {
-    let claim = Claim::new("play", "how far the follower can be moved until it touches, against the first-order gap/Q");
+    let claim = Claim::new(
+        "play",
+        "how far the follower can be moved until it touches, against the first-order gap/Q",
+    );
     let ratio = |p: &Play| p.distance.map_or(f64::INFINITY, |d| d / p.first_order);
     let Some(worst) = play.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else {
         return claim.undecided("nothing was tried");
     };
     let figure = match worst.distance {
-        Some(d) => format!("{d:.5} (rad, mm), {:.2} of first order {:.5}", ratio(worst), worst.first_order),
+        Some(d) => format!(
+            "{d:.5} (rad, mm), {:.2} of first order {:.5}",
+            ratio(worst),
+            worst.first_order
+        ),
         None => "unbounded".into(),
     };
     claim
         .say(ratio(worst) <= 1.5, figure, "≤ 1.5 of first order")
-        .at(format!("φ = {:.2}°, direction {:.3?}", worst.phi.to_degrees(), worst.direction))
+        .at(format!(
+            "φ = {:.2}°, direction {:.3?}",
+            worst.phi.to_degrees(),
+            worst.direction
+        ))
 }

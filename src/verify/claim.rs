@@ -78,5 +78,10 @@ impl Claim {
 
 /// "φ = 12.3°, pair 2, tooth 7" (counted from 1).
 pub(super) fn tooth_place(phi: f64, k: usize, j: usize) -> String {
-    format!("φ = {:.2}°, pair {}, tooth {}", phi.to_degrees(), k + 1, j + 1)
+    format!(
+        "φ = {:.2}°, pair {}, tooth {}",
+        phi.to_degrees(),
+        k + 1,
+        j + 1
+    )
 }

@@ -36,7 +36,10 @@ impl Worst {
 
 /// Claims about every tooth pair of `design` under `motion`.
 pub(super) fn claims(design: &Design, motion: &Motion) -> Vec<Claim> {
-    let none = Worst { value: f64::NEG_INFINITY, at: (0.0, 0, 0) };
+    let none = Worst {
+        value: f64::NEG_INFINITY,
+        at: (0.0, 0, 0),
+    };
     let mut point = none;
     let mut normal = none;
     let mut tangency = none;
@@ -63,50 +66,78 @@ pub(super) fn claims(design: &Design, motion: &Motion) -> Vec<Claim> {
                     normal.note((state.pose.rotation * m - into).norm(), at);
                     tangency.note(m.dot(&t).abs(), at);
                 }
-                let Some([p_rate, n_rate]) = rates(tooth, i) else { continue };
+                let Some([p_rate, n_rate]) = rates(tooth, i) else {
+                    continue;
+                };
                 let t2 = p_rate - bodies[1].1.velocity(p);
                 tangency.note(n.dot(&t2).abs(), at);
                 for (_, state) in &bodies {
                     tangent.note(-(p_rate - state.velocity(p)).norm(), at);
                 }
                 let omega = bodies[1].1.omega - bodies[0].1.omega;
-                let g = (n_rate - bodies[0].1.omega.cross(&n)).dot(&v_rel) - n.dot(&omega.cross(&t2));
+                let g =
+                    (n_rate - bodies[0].1.omega.cross(&n)).dot(&v_rel) - n.dot(&omega.cross(&t2));
                 gap.note(-g, at);
             }
         }
     }
     if point.value == f64::NEG_INFINITY {
-        let name = Claim::new("conjugation", "the flanks of driver and follower fit each other");
+        let name = Claim::new(
+            "conjugation",
+            "the flanks of driver and follower fit each other",
+        );
         return vec![name.undecided("the design has no contact stations")];
     }
     let mut claims = vec![
-        Claim::new("shared contact points", "driver and follower meet in one point")
-            .decide(point.value, "mm", Bound::AtMost(RESIDUAL))
-            .at(point.place()),
+        Claim::new(
+            "shared contact points",
+            "driver and follower meet in one point",
+        )
+        .decide(point.value, "mm", Bound::AtMost(RESIDUAL))
+        .at(point.place()),
         Claim::new("common normal", "the two flanks face each other exactly")
             .decide(normal.value, "", Bound::AtMost(RESIDUAL))
             .at(normal.place()),
-        Claim::new("no approach", "the flanks slide past each other, neither digging in nor parting")
-            .decide(sliding.value, "mm/rad", Bound::AtMost(RESIDUAL))
-            .at(sliding.place()),
-        Claim::new("normal across the curve", "the contact runs along the flank, not into it")
-            .decide(tangency.value, "mm/rad", Bound::AtMost(RESIDUAL))
-            .at(tangency.place()),
+        Claim::new(
+            "no approach",
+            "the flanks slide past each other, neither digging in nor parting",
+        )
+        .decide(sliding.value, "mm/rad", Bound::AtMost(RESIDUAL))
+        .at(sliding.place()),
+        Claim::new(
+            "normal across the curve",
+            "the contact runs along the flank, not into it",
+        )
+        .decide(tangency.value, "mm/rad", Bound::AtMost(RESIDUAL))
+        .at(tangency.place()),
     ];
     if gap.value == f64::NEG_INFINITY {
-        let name = Claim::new("second-order gap", "the flanks part on both sides of the contact");
+        let name = Claim::new(
+            "second-order gap",
+            "the flanks part on both sides of the contact",
+        );
         claims.push(name.undecided("too few stations to differentiate"));
         return claims;
     }
     claims.push(
-        Claim::new("second-order gap", "the flanks part on both sides of the contact")
-            .decide(-gap.value, "mm/rad²", Bound::AtLeast(0.0))
-            .at(gap.place()),
+        Claim::new(
+            "second-order gap",
+            "the flanks part on both sides of the contact",
+        )
+        .decide(-gap.value, "mm/rad²", Bound::AtLeast(0.0))
+        .at(gap.place()),
     );
     claims.push(
-        Claim::new("no cusps", "the contact never stands still on a flank, which would be an undercut")
-            .decide(-tangent.value, "mm/rad", Bound::AtLeast(TANGENT_SHARE * center_distance))
-            .at(tangent.place()),
+        Claim::new(
+            "no cusps",
+            "the contact never stands still on a flank, which would be an undercut",
+        )
+        .decide(
+            -tangent.value,
+            "mm/rad",
+            Bound::AtLeast(TANGENT_SHARE * center_distance),
+        )
+        .at(tangent.place()),
     );
     claims.push(kinematic_error(design, (point.value, sliding)));
     claims
@@ -123,21 +154,28 @@ fn kinematic_error(design: &Design, (point, sliding): (f64, Worst)) -> Claim {
         .map(|t| t.phi_end - t.phi_start)
         .fold(0.0, f64::max);
     let flank = 2.0 * point + 0.5 * length * sliding.value;
-    let q = design.closure.iter().map(|s| s.q).fold(f64::INFINITY, f64::min);
+    let q = design
+        .closure
+        .iter()
+        .map(|s| s.q)
+        .fold(f64::INFINITY, f64::min);
     let follower = if q > 0.0 { flank / q } else { f64::NAN };
     // 0.1 µm on the flank and one second of arc (or 5 nm along z) at the follower.
     let holds = flank <= 1e-4 && follower <= 5e-6;
-    Claim::new("kinematic error", "the follower performs the motion that was asked for")
-        .say(
-            holds,
-            format!(
-                "{:.2e} µm at the flank, {:.2e} arc seconds at the follower",
-                flank * 1e3,
-                follower.to_degrees() * 3600.0
-            ),
-            "≤ 0.1 µm, ≤ 1 arc second",
-        )
-        .at(sliding.place())
+    Claim::new(
+        "kinematic error",
+        "the follower performs the motion that was asked for",
+    )
+    .say(
+        holds,
+        format!(
+            "{:.2e} µm at the flank, {:.2e} arc seconds at the follower",
+            flank * 1e3,
+            follower.to_degrees() * 3600.0
+        ),
+        "≤ 0.1 µm, ≤ 1 arc second",
+    )
+    .at(sliding.place())
 }
 
 /// dp/dφ and dn/dφ at station `i` by central differences of sixth order; `None` within three stations

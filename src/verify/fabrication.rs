@@ -18,12 +18,19 @@ pub struct Printer {
 
 impl Default for Printer {
     fn default() -> Self {
-        Printer { volume_mm: [220.0, 220.0, 250.0], tolerance_mm: 0.03, overhang_deg: 45.0 }
+        Printer {
+            volume_mm: [220.0, 220.0, 250.0],
+            tolerance_mm: 0.03,
+            overhang_deg: 45.0,
+        }
     }
 }
 
 /// Claims about the pieces as they lie on the bed (z = 0).
-pub(super) fn claims<'a>(pieces: impl Iterator<Item = (&'a str, &'a Mesh)>, printer: &Printer) -> Vec<Claim> {
+pub(super) fn claims<'a>(
+    pieces: impl Iterator<Item = (&'a str, &'a Mesh)>,
+    printer: &Printer,
+) -> Vec<Claim> {
     let mut claims = Vec::new();
     for (name, mesh) in pieces {
         let (lo, hi) = mesh.bounds();
@@ -31,7 +38,11 @@ pub(super) fn claims<'a>(pieces: impl Iterator<Item = (&'a str, &'a Mesh)>, prin
         let [x, y, z] = printer.volume_mm;
         let fits = size.z <= z && (size.x <= x && size.y <= y || size.x <= y && size.y <= x);
         claims.push(
-            Claim::new(format!("{name} fits the printer"), "the piece can be printed in one go").say(
+            Claim::new(
+                format!("{name} fits the printer"),
+                "the piece can be printed in one go",
+            )
+            .say(
                 fits,
                 format!("{:.1} × {:.1} × {:.1} mm", size.x, size.y, size.z),
                 &format!("≤ {x:.0} × {y:.0} × {z:.0} mm"),
@@ -39,10 +50,13 @@ pub(super) fn claims<'a>(pieces: impl Iterator<Item = (&'a str, &'a Mesh)>, prin
         );
         let area = overhang(mesh, printer.overhang_deg);
         let name = format!("overhangs of {name}");
-        let meaning = "how much of the piece hangs in the air: support material for a filament printer";
+        let meaning =
+            "how much of the piece hangs in the air: support material for a filament printer";
         let limit = format!("known (steeper than {:.0}° counts)", printer.overhang_deg);
         claims.push(match area {
-            a if a.is_finite() => Claim::new(name, meaning).say(true, format!("{a:.0} mm²"), &limit),
+            a if a.is_finite() => {
+                Claim::new(name, meaning).say(true, format!("{a:.0} mm²"), &limit)
+            }
             _ => Claim::new(name, meaning).undecided("not a number"),
         });
     }

@@ -56,18 +56,25 @@ pub struct Recognised {
 }
 
 /// Names the failure behind each pair of bodies that overlaps.
-pub(super) fn recognise(design: &Design, mechanism: &Mechanism, pairs: &[PairProof]) -> Vec<Recognised> {
+pub(super) fn recognise(
+    design: &Design,
+    mechanism: &Mechanism,
+    pairs: &[PairProof],
+) -> Vec<Recognised> {
     pairs
         .iter()
         .filter_map(|pair| {
             let place = pair.overlap_at?;
             let has = |name: &str| pair.bodies.iter().any(|b| b == name);
             let tooth = |gear: Gear, carrier: Carrier| {
-                let p = mechanism.pose(carrier, place.phi).inverse_apply(Vector3::from(place.at));
+                let p = mechanism
+                    .pose(carrier, place.phi)
+                    .inverse_apply(Vector3::from(place.at));
                 nearest_tooth(design, gear, p)
             };
             let driver_tooth = tooth(Gear::Driver, Carrier::Driver).filter(|_| has("driver"));
-            let follower_tooth = tooth(Gear::Follower, Carrier::Follower).filter(|_| has("follower"));
+            let follower_tooth =
+                tooth(Gear::Follower, Carrier::Follower).filter(|_| has("follower"));
             let failure = match (has("driver"), has("follower")) {
                 (false, true) => Failure::FollowerMeetsSupport,
                 (true, true) => match (driver_tooth, follower_tooth) {
@@ -76,7 +83,12 @@ pub(super) fn recognise(design: &Design, mechanism: &Mechanism, pairs: &[PairPro
                 },
                 _ => return None,
             };
-            Some(Recognised { failure, place, driver_tooth, follower_tooth })
+            Some(Recognised {
+                failure,
+                place,
+                driver_tooth,
+                follower_tooth,
+            })
         })
         .collect()
 }

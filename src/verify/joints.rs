@@ -20,7 +20,10 @@ pub(super) fn claims(parts: &[Part], mechanism: &Mechanism, play: f64) -> Vec<Cl
 }
 
 fn shift(by: Vector3<f64>) -> Pose {
-    Pose { rotation: Matrix3::identity(), translation: by }
+    Pose {
+        rotation: Matrix3::identity(),
+        translation: by,
+    }
 }
 
 fn compose(outer: &Pose, inner: &Pose) -> Pose {
@@ -31,17 +34,30 @@ fn compose(outer: &Pose, inner: &Pose) -> Pose {
 }
 
 /// Whether the follower, moved by `by` at `phi`, touches `other`.
-fn touches((follower, other): (&Part, &Part), mechanism: &Mechanism, (phi, by): (f64, Vector3<f64>)) -> bool {
+fn touches(
+    (follower, other): (&Part, &Part),
+    mechanism: &Mechanism,
+    (phi, by): (f64, Vector3<f64>),
+) -> bool {
     let moved = compose(&shift(by), &mechanism.pose(Carrier::Follower, phi));
     let seen = mechanism.pose(other.body.carrier, phi).inverse_mul(&moved);
-    Placed::new(&other.tree, &follower.tree, seen).touch(None).is_some()
+    Placed::new(&other.tree, &follower.tree, seen)
+        .touch(None)
+        .is_some()
 }
 
 /// Pulled in any direction that the joint forbids, the follower must meet what holds it.
 fn retained(parts: &[Part], mechanism: &Mechanism, play: f64) -> Claim {
-    let claim = Claim::new("joint holds the follower", "the follower cannot be pulled out of its joint");
+    let claim = Claim::new(
+        "joint holds the follower",
+        "the follower cannot be pulled out of its joint",
+    );
     let class = mechanism.motion.class();
-    let holder = if class == Class::R3T1 { Carrier::Slider } else { Carrier::Support };
+    let holder = if class == Class::R3T1 {
+        Carrier::Slider
+    } else {
+        Carrier::Support
+    };
     let find = |c: Carrier| parts.iter().find(|p| p.body.carrier == c);
     let (Some(follower), Some(holder)) = (find(Carrier::Follower), find(holder)) else {
         return claim.undecided("the body that holds the follower is missing");
@@ -56,10 +72,17 @@ fn retained(parts: &[Part], mechanism: &Mechanism, play: f64) -> Claim {
         .iter()
         .find(|&d| !touches((follower, holder), mechanism, (0.0, d * size)));
     match free {
-        None => claim.say(true, format!("stopped within {size:.2} mm on all sides"), "stopped"),
+        None => claim.say(
+            true,
+            format!("stopped within {size:.2} mm on all sides"),
+            "stopped",
+        ),
         Some(d) => claim.say(
             false,
-            format!("free to move {size:.2} mm towards ({:.0}, {:.0}, {:.0})", d.x, d.y, d.z),
+            format!(
+                "free to move {size:.2} mm towards ({:.0}, {:.0}, {:.0})",
+                d.x, d.y, d.z
+            ),
             "stopped",
         ),
     }
@@ -68,13 +91,18 @@ fn retained(parts: &[Part], mechanism: &Mechanism, play: f64) -> Claim {
 /// All contact normals push the follower away from the driver, so at some driver angle it must be
 /// possible to slide it in along −x: moved out along +x it may not touch the driver.
 fn insertion(parts: &[Part], mechanism: &Mechanism) -> Claim {
-    let claim = Claim::new("assembly", "the follower can be slid into mesh with the driver in place");
+    let claim = Claim::new(
+        "assembly",
+        "the follower can be slid into mesh with the driver in place",
+    );
     let find = |c: Carrier| parts.iter().find(|p| p.body.carrier == c);
     let (Some(follower), Some(driver)) = (find(Carrier::Follower), find(Carrier::Driver)) else {
         return claim.undecided("driver or follower is missing");
     };
     let away = mechanism.center_distance;
-    let steps: Vec<f64> = (1..=100).map(|i| away * (f64::from(i) / 100.0).powi(2)).collect();
+    let steps: Vec<f64> = (1..=100)
+        .map(|i| away * (f64::from(i) / 100.0).powi(2))
+        .collect();
     let free = (0..PHASES)
         .map(|i| std::f64::consts::TAU * i as f64 / PHASES as f64)
         .find(|&phi| {
@@ -86,6 +114,10 @@ fn insertion(parts: &[Part], mechanism: &Mechanism) -> Claim {
         Some(phi) => claim
             .say(true, "slides in along −x", "a way in")
             .at(format!("φ = {:.0}°", phi.to_degrees())),
-        None => claim.say(false, format!("blocked at all of {PHASES} driver angles"), "a way in"),
+        None => claim.say(
+            false,
+            format!("blocked at all of {PHASES} driver angles"),
+            "a way in",
+        ),
     }
 }

@@ -186,10 +186,13 @@ pub fn prove(
                 mesh_problems,
             });
         }
-        let wall = thickness::thinnest(&body.mesh, &WallSettings {
-            up_to: 1.25 * settings.minimum_wall_mm,
-            spacing: 0.3 * settings.minimum_wall_mm,
-        });
+        let wall = thickness::thinnest(
+            &body.mesh,
+            &WallSettings {
+                up_to: 1.25 * settings.minimum_wall_mm,
+                spacing: 0.3 * settings.minimum_wall_mm,
+            },
+        );
         walls.push((body.name.clone(), wall));
     }
     let parts: Vec<Part> = bodies.iter().map(Part::new).collect();

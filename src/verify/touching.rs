@@ -44,14 +44,22 @@ pub(super) fn claims(design: &Design, (driver, follower): (&Part, &Part)) -> Vec
                 let s = &stations[i * last / (STATIONS - 1)];
                 [(Gear::Driver, driver), (Gear::Follower, follower)].map(|(gear, part)| {
                     let (p, n, _) = s.frame(gear);
-                    Flank { phi: s.phi, k, j, gear, behind: behind(part, p, n) }
+                    Flank {
+                        phi: s.phi,
+                        k,
+                        j,
+                        gear,
+                        behind: behind(part, p, n),
+                    }
                 })
             })
         })
         .collect();
     let meaning = "every tooth is where the design puts it, along its whole contact";
     if flanks.is_empty() {
-        return vec![Claim::new("flanks in place", meaning).undecided("the design has no contact stations")];
+        return vec![
+            Claim::new("flanks in place", meaning).undecided("the design has no contact stations"),
+        ];
     }
     let deviation = |f: &Flank| match (f.behind - wanted).abs() {
         d if d.is_finite() => d,
@@ -64,7 +72,10 @@ pub(super) fn claims(design: &Design, (driver, follower): (&Part, &Part)) -> Vec
             .filter(|f| f.gear == gear)
             .max_by(|a, b| deviation(a).total_cmp(&deviation(b)));
         let Some(worst) = worst else { continue };
-        let name = format!("flanks of the {} in place", format!("{gear:?}").to_lowercase());
+        let name = format!(
+            "flanks of the {} in place",
+            format!("{gear:?}").to_lowercase()
+        );
         claims.push(
             Claim::new(name, meaning)
                 .decide(deviation(worst), "mm", Bound::AtMost(DEVIATION))
@@ -77,7 +88,10 @@ pub(super) fn claims(design: &Design, (driver, follower): (&Part, &Part)) -> Vec
 
 /// Contact ratio as built: every tooth must still be there where the next one takes over.
 fn hand_over(design: &Design, flanks: &[Flank], deviation: impl Fn(&Flank) -> f64) -> Claim {
-    let claim = Claim::new("hand-over", "each tooth takes over before the one before it lets go");
+    let claim = Claim::new(
+        "hand-over",
+        "each tooth takes over before the one before it lets go",
+    );
     let mut worst: Option<(f64, String)> = None;
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
         let pitch = std::f64::consts::TAU / pair.teeth.len() as f64;
@@ -93,24 +107,27 @@ fn hand_over(design: &Design, flanks: &[Flank], deviation: impl Fn(&Flank) -> f6
                 _ => 0.0,
             };
             let ratio = span / pitch;
-            if worst.as_ref().is_none_or(|(w, _)| !(ratio >= *w)) {
+            if worst
+                .as_ref()
+                .is_none_or(|(w, _)| ratio.is_nan() || ratio < *w)
+            {
                 worst = Some((ratio, tooth_place(tooth.phi_start, k, j)));
             }
         }
     }
     match worst {
-        Some((ratio, place)) => claim.decide(ratio, "contact ratio", Bound::AtLeast(1.0)).at(place),
+        Some((ratio, place)) => claim
+            .decide(ratio, "contact ratio", Bound::AtLeast(1.0))
+            .at(place),
         None => claim.undecided("the design has no teeth"),
     }
 }
 
 /// How far the surface of `part` is from `p` along `n`, both in the body's frame.
 fn behind(part: &Part, p: Vector3<f64>, n: Vector3<f64>) -> f64 {
-    part.tree
-        .nearest(p, 2.0)
-        .map_or(f64::NAN, |(near, _)| {
-            let offset = near.q - p;
-            // Off to the side is not behind: the flank has to be met along the normal.
-            offset.norm() * offset.dot(&n).signum()
-        })
+    part.tree.nearest(p, 2.0).map_or(f64::NAN, |(near, _)| {
+        let offset = near.q - p;
+        // Off to the side is not behind: the flank has to be met along the normal.
+        offset.norm() * offset.dot(&n).signum()
+    })
 }

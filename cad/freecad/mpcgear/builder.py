@@ -2,13 +2,15 @@
 # Everything is built of plain Spreadsheet, Sketcher and Part objects, so that the document
 # recomputes wherever FreeCAD runs, with nothing of mpcgear installed. Lengths are mm.
 
-import ast
 import math
 import re
 
 import FreeCAD as App
 import Part
 import Sketcher
+
+from .parameters import Expression, build_parameters, number
+from .poses import build_poses, follower_poses, place, vector
 
 COLOURS = {
     "driver": (0.25, 0.45, 0.70),
@@ -17,31 +19,10 @@ COLOURS = {
     "slider": (0.45, 0.65, 0.40),
 }
 
-# (alias and key in the design's section, words, what a change does)
-SECTION_ROWS = [
-    ("thickness", "Tooth thickness along the contact normal",
-     "changes the gap behind the tooth: run 'Check clearance here' after it"),
-    ("flank_radius", "Radius of the flank at the contact",
-     "BREAKS CONJUGATION when larger: flanks may meet beside the contact; "
-     "a round tip (tip = radius = thickness / 2) follows the thickness instead"),
-    ("tip", "Tooth height beyond the contact point",
-     "a lower tip is harmless; drives the section only where the tip is flat"),
-    ("root", "Depth of the section behind the contact point",
-     "harmless while the rib still covers it"),
-    ("clearance", "Gap between the flanks at the contact, half of it on each gear",
-     "zero is the exact contact; more is play"),
-    ("rib", "Thickness of the rib between tooth and hub", "harmless while thinner than the tooth"),
-]
-
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
 LOFT_STATIONS = 12  # a loft through more wires is slower and no closer than 4e-4 mm
 RIB_INSET = 1 / 8  # share of a tooth, at both ends, that its rib leaves free: no thin corners there
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
-
-
-def vector(values):
-    """A FreeCAD vector from three numbers."""
-    return App.Vector(*values)
 
 
 def build(document, design):
@@ -57,107 +38,6 @@ def build(document, design):
     place(document, design["settings"]["gear"]["center_distance_mm"], phi, pose)
     document.recompute()
     return parts
-
-
-# --- Parameters ----------------------------------------------------------------------------------
-
-
-def build_parameters(document, design):
-    """The spreadsheets `Params` (hubs, joints, support) and `ToothParams` (the section), one aliased
-    row per parameter; returns the set of aliases of `Params`. The teeth have a sheet of their own
-    because FreeCAD recomputes all that hangs on a sheet when one cell changes."""
-    sheet, group = new_sheet(document, "Params"), None
-    row = 2
-    for parameter in design["recipe"]["parameters"]:
-        if parameter["group"] != group:
-            group = parameter["group"]
-            sheet.set("A%d" % row, group)
-            sheet.setStyle("A%d" % row, "bold", "add")
-            row += 1
-        limits = (parameter["min"], parameter["max"])
-        write_parameter(sheet, row, parameter["name"], parameter["value"], limits,
-                        parameter["description"])
-        row += 1
-    sheet = new_sheet(document, "ToothParams")
-    for row, (alias, words, warning) in enumerate(SECTION_ROWS, 2):
-        value = design["section"][alias]
-        limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
-        write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
-    sheet.set("A%d" % (len(SECTION_ROWS) + 3), "The curves of the teeth are the result of the "
-              "search and do not change here: run mpcgear again for another motion.")
-    document.recompute()
-    return {p["name"] for p in design["recipe"]["parameters"]}
-
-
-def new_sheet(document, name):
-    """A spreadsheet with the head of a parameter table."""
-    sheet = document.addObject("Spreadsheet::Sheet", name)
-    titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning"]
-    for column, title, width in zip("ABCDEF", titles, [190, 80, 80, 80, 110, 520]):
-        sheet.set(column + "1", title)
-        sheet.setColumnWidth(column, width)
-    sheet.setStyle("A1:F1", "bold", "add")
-    return sheet
-
-
-def write_parameter(sheet, row, alias, value, limits, words):
-    """One row: name, value, limits, a check that speaks up, meaning."""
-    sheet.set("A%d" % row, alias)
-    sheet.set("B%d" % row, "=%s mm" % number(value))
-    sheet.setAlias("B%d" % row, alias)
-    sheet.set("C%d" % row, "=%s mm" % number(limits[0]))
-    sheet.set("D%d" % row, "=%s mm" % number(limits[1]))
-    sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : (B{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
-              .format(row))
-    sheet.set("F%d" % row, words)
-
-
-def number(value):
-    """A number as FreeCAD's expressions read it back."""
-    text = "%.9f" % value
-    return text.rstrip("0").rstrip(".") if float(text) else "0"
-
-
-class Expression:
-    """A recipe expression as a FreeCAD expression: names become `Params.name`, and plain numbers
-    that are added to lengths or stand alone get their millimetres."""
-
-    OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
-
-    def __init__(self, parameters):
-        self.parameters = parameters
-
-    def length(self, text):
-        """FreeCAD expression with the dimension of a length."""
-        return self.coerce(self.convert(ast.parse(text.strip(), mode="eval").body, text), 1)[0]
-
-    def coerce(self, term, power):
-        """The (expression, power of mm) `term` brought to mm^`power`."""
-        words, present = term
-        for _ in range(abs(power - present)):
-            words = "(%s) %s 1 mm" % (words, "*" if power > present else "/")
-        return words, power
-
-    def convert(self, node, text):
-        """(FreeCAD expression, power of mm) of a syntax node."""
-        if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
-            return number(node.value), 0
-        if isinstance(node, ast.Name) and node.id in self.parameters:
-            return "Params." + node.id, 1
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
-            words, power = self.convert(node.operand, text)
-            return ("-(%s)" % words if isinstance(node.op, ast.USub) else words), power
-        if isinstance(node, ast.BinOp) and type(node.op) in self.OPERATORS:
-            left, right = self.convert(node.left, text), self.convert(node.right, text)
-            sign = self.OPERATORS[type(node.op)]
-            if sign in "+-":
-                power = max(left[1], right[1])
-                left, right = self.coerce(left, power), self.coerce(right, power)
-            else:
-                power = left[1] + right[1] if sign == "*" else left[1] - right[1]
-            return "(%s %s %s)" % (left[0], sign, right[0]), power
-        raise ValueError("expression '%s': only numbers, parameter names, + - * / and parentheses "
-                         "are understood" % text)
 
 
 # --- Cross sections ------------------------------------------------------------------------------
@@ -182,68 +62,75 @@ def constrain(sketch, name, expression, *arguments):
 
 def tooth_section(document, section):
     """Bead and neck in (x = n into the material, y = b outwards): flank arcs around the contact
-    height, cut off at the tip, on a neck of the rib's thickness that reaches down to the root."""
+    height, cut off at the tip, on a neck of the rib's thickness that reaches down to the root; no
+    neck where the root ends on the flanks."""
     sketch = document.addObject("Sketcher::SketchObject", "ToothSection")
     radius = min(section["flank_radius"], section["thickness"] / 2)
     middle = section["clearance"] / 2 + section["thickness"] / 2
     half = min(section["rib"], section["thickness"]) / 2
     inset = section["thickness"] / 2 - radius  # arc centres are this far from the middle
-    reach = min(max((half - inset) / radius, 0.0), 1.0)
-    low = math.acos(reach)
+    low = math.acos(min(max((half - inset) / radius, 0.0), 1.0))
+    has_neck = section["root"] > radius * math.sin(low)
+    if not has_neck:
+        low = math.asin(section["root"] / radius)
+        half = inset + radius * math.cos(low)
     high = math.asin(min(section["tip"] / radius, 1.0))
-    if section["root"] <= radius * math.sin(low):
-        raise ValueError("section: the root %.3f mm does not reach below the flank"
-                         % section["root"])
-    corner = radius * math.sin(low)
-    shoulder = inset + radius * math.cos(low)
-    flat = inset + radius * math.cos(high)
-    round_tip = flat < SHORTEST_EDGE
-    left = [App.Vector(middle - x, y, 0) for x, y in
-            ((half, -section["root"]), (shoulder, -corner), (flat, radius * math.sin(high)))]
-    right = [App.Vector(2 * middle - p.x, p.y, 0) for p in left]
+    corner = (inset + radius * math.cos(low), -radius * math.sin(low))
+    flat = (inset + radius * math.cos(high), radius * math.sin(high))
+    round_tip = flat[0] < SHORTEST_EDGE
 
-    def arc(centre, start, end):
-        circle = Part.Circle(App.Vector(centre, 0, 0), App.Vector(0, 0, 1), radius)
+    def line(start, end):
+        return Part.LineSegment(*(App.Vector(middle + x, y, 0) for x, y in (start, end)))
+
+    def arc(offset, start, end):
+        circle = Part.Circle(App.Vector(middle + offset, 0, 0), App.Vector(0, 0, 1), radius)
         return Part.ArcOfCircle(circle, start, end)
 
-    # Edges run counter-clockwise from the bottom: bottom, right neck, flanks and tip, left neck.
-    edges = [Part.LineSegment(left[0], right[0]), Part.LineSegment(right[0], right[1])]
+    # Edges run counter-clockwise: bottom, right neck, right flank and tip, left flank, left neck.
+    foot = (half, -section["root"])
+    edges = [line((-foot[0], foot[1]), foot)]
+    if has_neck:
+        edges += [line(foot, corner)]
+    right = len(edges)  # number of the right flank's edge
     if round_tip:
-        edges += [arc(middle, -low, math.pi + low)]
+        edges += [arc(0, -low, math.pi + low)]
     else:
-        edges += [arc(middle + inset, -low, high), Part.LineSegment(right[2], left[2]),
-                  arc(middle - inset, math.pi - high, math.pi + low)]
-    edges += [Part.LineSegment(left[1], left[0])]
+        edges += [arc(inset, -low, high), line(flat, (-flat[0], flat[1])),
+                  arc(-inset, math.pi - high, math.pi + low)]
+    left = len(edges) - 1
+    if has_neck:
+        edges += [line((-corner[0], corner[1]), (-foot[0], foot[1]))]
     sketch.addGeometry(edges)
-    last = len(edges) - 1
-    # (edge, end) pairs that meet; an arc's ends are 1 = start, 2 = end, 3 = centre.
+    # Constraints name an edge and its 1 = start, 2 = end, 3 = centre; edge -1 is the x axis, whose
+    # start is the origin.
     for edge in range(len(edges)):
-        sketch.addConstraint(
-            Sketcher.Constraint("Coincident", edge, 2, (edge + 1) % len(edges), 1))
+        following = (edge + 1) % len(edges)
+        sketch.addConstraint(Sketcher.Constraint("Coincident", edge, 2, following, 1))
     sketch.addConstraint(Sketcher.Constraint("Horizontal", 0))
-    sketch.addConstraint(Sketcher.Constraint("Vertical", 1))
-    sketch.addConstraint(Sketcher.Constraint("Vertical", last))
-    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 2, 3, -1))
     thickness, clearance = "ToothParams.thickness", "ToothParams.clearance"
-    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
     constrain(sketch, "root", "ToothParams.root", "DistanceY", 0, 1, -1, 1, section["root"])
-    constrain(sketch, "neck", "%s / 2 + %s / 2 - ToothParams.rib / 2" % (clearance, thickness),
-              "DistanceX", -1, 1, 0, 1, middle - half)
+    if has_neck:
+        sketch.addConstraint(Sketcher.Constraint("Vertical", 1))
+        sketch.addConstraint(Sketcher.Constraint("Vertical", len(edges) - 1))
+        constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+        constrain(sketch, "neck", "%s / 2 + %s / 2 - ToothParams.rib / 2" % (clearance, thickness),
+                  "DistanceX", -1, 1, 0, 1, middle - half)
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", right, 3, -1))
     if round_tip:
-        constrain(sketch, "flank", thickness + " / 2", "Radius", 2, radius)
+        constrain(sketch, "flank", thickness + " / 2", "Radius", right, radius)
         constrain(sketch, "middle", "%s / 2 + %s / 2" % (clearance, thickness),
-                  "DistanceX", -1, 1, 2, 3, middle)
+                  "DistanceX", -1, 1, right, 3, middle)
         return sketch
-    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 4, 3, -1))
-    sketch.addConstraint(Sketcher.Constraint("Horizontal", 3))
-    sketch.addConstraint(Sketcher.Constraint("Equal", 2, 4))
-    constrain(sketch, "flank", "ToothParams.flank_radius", "Radius", 4, radius)
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", left, 3, -1))
+    sketch.addConstraint(Sketcher.Constraint("Horizontal", right + 1))
+    sketch.addConstraint(Sketcher.Constraint("Equal", right, left))
+    constrain(sketch, "flank", "ToothParams.flank_radius", "Radius", left, radius)
     constrain(sketch, "left_centre", "%s / 2 + ToothParams.flank_radius" % clearance,
-              "DistanceX", -1, 1, 4, 3, middle - inset)
+              "DistanceX", -1, 1, left, 3, middle - inset)
     constrain(sketch, "right_centre",
               "%s / 2 + %s - ToothParams.flank_radius" % (clearance, thickness),
-              "DistanceX", -1, 1, 2, 3, middle + inset)
-    constrain(sketch, "tip", "ToothParams.tip", "DistanceY", -1, 1, 4, 1, section["tip"])
+              "DistanceX", -1, 1, right, 3, middle + inset)
+    constrain(sketch, "tip", "ToothParams.tip", "DistanceY", -1, 1, left, 1, section["tip"])
     return sketch
 
 
@@ -496,14 +383,15 @@ def runs(features):
 def gear_frame(design, gear):
     """(digit of the gear's station fields, point on its axis, where its ribs end)."""
     settings = design["settings"]
-    hub, support = settings["hub"], settings["support"]
+    hub = settings["hub"]
     if gear == "driver":
         axis = App.Vector(-settings["gear"]["center_distance_mm"], 0, 0)
         return "1", axis, hub["driver_radius_mm"] - 1.0
     if design["class"] in ("3R", "3R1T"):
         foot = hub["follower_radius_mm"] - 1.0
     else:  # between the pin's bore and the drum
-        bore = support["pin_radius_mm"] + settings["fit"]["joint_play_mm"]
+        value = {p["name"]: p["value"] for p in design["recipe"]["parameters"]}
+        bore = value["pin_radius"] + settings["fit"]["joint_play_mm"]
         foot = 0.5 * (bore + hub["follower_radius_mm"])
     return "2", App.Vector(0, 0, 0), foot
 
@@ -529,68 +417,3 @@ def build_datums(document, design):
             datum.Placement = place
             part.addObject(datum)
             datum.Visibility = kind != "Plane"
-
-
-# --- Motion --------------------------------------------------------------------------------------
-
-
-def triad(a, b):
-    """Right-handed orthonormal axes made of two independent vectors, as a rotation."""
-    return App.Rotation(a, b, a.cross(b), "XYZ")
-
-
-def follower_poses(design):
-    """[(φ in rad, placement of the follower)], increasing φ in [0, 2π]: every contact is known both
-    in the fixed frame and in the follower's, so two normals fix the rotation and a point the rest."""
-    pairs = design["sub_gear_pairs"]
-    poses = {}
-    for j in range(len(pairs[0]["teeth"])):
-        for rows in zip(*(pair["teeth"][j]["stations"] for pair in pairs)):
-            phi = rows[0]["phi"] % (2 * math.pi)
-            first = vector(rows[0]["n"])
-            other = max(rows[1:], key=lambda row: first.cross(vector(row["n"])).Length)
-            fixed = triad(first, vector(other["n"]))
-            body = triad(vector(rows[0]["n2"]), vector(other["n2"]))
-            rotation = fixed.multiply(body.inverted())
-            base = vector(rows[0]["p"]) - rotation.multVec(vector(rows[0]["p2"]))
-            poses[round(phi, 9)] = App.Placement(base, rotation)
-    return sorted(poses.items())
-
-
-def build_poses(document, design):
-    """The spreadsheet `Poses`: where the follower is and how large Q is, over one turn."""
-    sheet = document.addObject("Spreadsheet::Sheet", "Poses")
-    titles = ["phi_deg", "x_mm", "y_mm", "z_mm", "q0", "q1", "q2", "q3", "Q"]
-    for column, title in zip("ABCDEFGHI", titles):
-        sheet.set(column + "1", title)
-    sheet.setStyle("A1:I1", "bold", "add")
-    for row, (phi, pose) in enumerate(follower_poses(design), 2):
-        values = [math.degrees(phi)] + list(pose.Base) + list(pose.Rotation.Q)
-        values.append(closure_at(design["closure"], phi))
-        for column, value in zip("ABCDEFGHI", values):
-            sheet.set(column + str(row), "=" + number(value))
-
-
-def closure_at(samples, phi):
-    """Q of the sample nearest to φ."""
-    turn = 2 * math.pi
-
-    def away(sample):
-        return abs((sample["phi"] - phi + math.pi) % turn - math.pi)
-
-    return min(samples, key=away)["q"] if samples else 0.0
-
-
-def driver_placement(distance, phi):
-    """Driver turned by φ (rad) about the line x = −distance, y = 0."""
-    return App.Placement(App.Vector(0, 0, 0), App.Rotation(App.Vector(0, 0, 1), math.degrees(phi)),
-                         App.Vector(-distance, 0, 0))
-
-
-def place(document, distance, phi, pose):
-    """Moves the parts to driver angle φ (rad), with the follower at `pose`."""
-    document.Driver.Placement = driver_placement(distance, phi)
-    document.Follower.Placement = pose
-    slider = document.getObject("Slider")
-    if slider is not None:
-        slider.Placement = App.Placement(App.Vector(0, 0, pose.Base.z), App.Rotation())

@@ -7,10 +7,8 @@ import time
 import traceback
 
 import FreeCAD as App
-import Mesh
-import MeshPart
 import Import
-import Part
+import MeshPart
 
 
 def solid_of(part):

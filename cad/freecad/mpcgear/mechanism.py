@@ -5,7 +5,7 @@ import math
 
 import FreeCAD as App
 
-from . import builder
+from . import poses
 
 TURN = 2 * math.pi
 PARTS = ("Driver", "Follower", "Support", "Slider")
@@ -49,7 +49,7 @@ class Mechanism:
         """Turns the driver to φ (rad), moves follower and slider along, and returns Q."""
         self.phi = phi % TURN
         pose, q = self.at(phi)
-        builder.place(self.document, self.distance, phi, pose)
+        poses.place(self.document, self.distance, phi, pose)
         return q
 
     def parts(self):
@@ -98,13 +98,13 @@ def components(part):
     """[(label, shape where it stands)]: the hub and every fin of a part, or its whole solid."""
     result = part.Result
     pieces = [result]
-    if any(piece.Label.startswith("Fin ") for piece in getattr(result, "Shapes", [])):
+    if any(piece.Name.startswith("Fin_") for piece in getattr(result, "Shapes", [])):
         pieces = result.Shapes
     placed = []
     for piece in pieces:
         shape = piece.Shape.copy()
         shape.Placement = part.Placement.multiply(shape.Placement)
-        label = piece.Label if piece.Label.startswith("Fin ") else part.Label
+        label = piece.Label if piece.Name.startswith("Fin_") else part.Label
         placed.append((label, shape))
     return placed
 

@@ -1,0 +1,117 @@
+# --- Parameters: spreadsheets with aliases, and recipe expressions that follow them --------------
+
+import ast
+
+# (alias and key in the design's section, words, what a change does)
+SECTION_ROWS = [
+    ("thickness", "Tooth thickness along the contact normal",
+     "changes the gap behind the tooth: run 'Check clearance here' after it"),
+    ("flank_radius", "Radius of the flank at the contact",
+     "BREAKS CONJUGATION when larger: flanks may meet beside the contact; "
+     "a round tip (tip = radius = thickness / 2) follows the thickness instead"),
+    ("tip", "Tooth height beyond the contact point",
+     "a lower tip is harmless; drives the section only where the tip is flat"),
+    ("root", "Depth of the section behind the contact point",
+     "harmless while the rib still covers it"),
+    ("clearance", "Gap between the flanks at the contact, half of it on each gear",
+     "zero is the exact contact; more is play"),
+    ("rib", "Thickness of the rib between tooth and hub", "harmless while thinner than the tooth"),
+]
+
+
+def build_parameters(document, design):
+    """The spreadsheets `Params` (hubs, joints, support) and `ToothParams` (the section), one aliased
+    row per parameter; returns the set of aliases of `Params`. The teeth have a sheet of their own
+    because FreeCAD recomputes all that hangs on a sheet when one cell changes."""
+    sheet, group = new_sheet(document, "Params"), None
+    row = 2
+    for parameter in design["recipe"]["parameters"]:
+        if parameter["group"] != group:
+            group = parameter["group"]
+            sheet.set("A%d" % row, group)
+            sheet.setStyle("A%d" % row, "bold", "add")
+            row += 1
+        limits = (parameter["min"], parameter["max"])
+        write_parameter(sheet, row, parameter["name"], parameter["value"], limits,
+                        parameter["description"])
+        row += 1
+    sheet = new_sheet(document, "ToothParams")
+    for row, (alias, words, warning) in enumerate(SECTION_ROWS, 2):
+        value = design["section"][alias]
+        limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
+        write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
+    sheet.set("A%d" % (len(SECTION_ROWS) + 3), "The curves of the teeth are the result of the "
+              "search and do not change here: run mpcgear again for another motion.")
+    document.recompute()
+    return {p["name"] for p in design["recipe"]["parameters"]}
+
+
+def new_sheet(document, name):
+    """A spreadsheet with the head of a parameter table."""
+    sheet = document.addObject("Spreadsheet::Sheet", name)
+    titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning"]
+    for column, title, width in zip("ABCDEF", titles, [190, 80, 80, 80, 110, 520]):
+        sheet.set(column + "1", title)
+        sheet.setColumnWidth(column, width)
+    sheet.setStyle("A1:F1", "bold", "add")
+    return sheet
+
+
+def write_parameter(sheet, row, alias, value, limits, words):
+    """One row: name, value, limits, a check that speaks up, meaning."""
+    sheet.set("A%d" % row, alias)
+    sheet.set("B%d" % row, "=%s mm" % number(value))
+    sheet.setAlias("B%d" % row, alias)
+    sheet.set("C%d" % row, "=%s mm" % number(limits[0]))
+    sheet.set("D%d" % row, "=%s mm" % number(limits[1]))
+    sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : (B{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
+              .format(row))
+    sheet.set("F%d" % row, words)
+
+
+def number(value):
+    """A number as FreeCAD's expressions read it back."""
+    text = "%.9f" % value
+    return text.rstrip("0").rstrip(".") if float(text) else "0"
+
+
+class Expression:
+    """A recipe expression as a FreeCAD expression: names become `Params.name`, and plain numbers
+    that are added to lengths or stand alone get their millimetres."""
+
+    OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+
+    def __init__(self, parameters):
+        self.parameters = parameters
+
+    def length(self, text):
+        """FreeCAD expression with the dimension of a length."""
+        return self.coerce(self.convert(ast.parse(text.strip(), mode="eval").body, text), 1)[0]
+
+    def coerce(self, term, power):
+        """The (expression, power of mm) `term` brought to mm^`power`."""
+        words, present = term
+        for _ in range(abs(power - present)):
+            words = "(%s) %s 1 mm" % (words, "*" if power > present else "/")
+        return words, power
+
+    def convert(self, node, text):
+        """(FreeCAD expression, power of mm) of a syntax node."""
+        if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+            return number(node.value), 0
+        if isinstance(node, ast.Name) and node.id in self.parameters:
+            return "Params." + node.id, 1
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
+            words, power = self.convert(node.operand, text)
+            return ("-(%s)" % words if isinstance(node.op, ast.USub) else words), power
+        if isinstance(node, ast.BinOp) and type(node.op) in self.OPERATORS:
+            left, right = self.convert(node.left, text), self.convert(node.right, text)
+            sign = self.OPERATORS[type(node.op)]
+            if sign in "+-":
+                power = max(left[1], right[1])
+                left, right = self.coerce(left, power), self.coerce(right, power)
+            else:
+                power = left[1] + right[1] if sign == "*" else left[1] - right[1]
+            return "(%s %s %s)" % (left[0], sign, right[0]), power
+        raise ValueError("expression '%s': only numbers, parameter names, + - * / and parentheses "
+                         "are understood" % text)

@@ -1,0 +1,209 @@
+//! The formats that a design can be rendered in.
+
+use super::{File, Source, freecad, openscad, stl, svg, threemf};
+use crate::{Error, Problem, Result};
+
+/// A format of `mpcgear export`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Parametric OpenSCAD scripts.
+    OpenScad,
+    /// The FreeCAD macro.
+    FreeCad,
+    /// Binary STL of the bodies and of the pieces to print.
+    Stl,
+    /// All bodies in one 3MF file.
+    ThreeMf,
+    /// STEP through an installed FreeCAD.
+    Step,
+    /// Drawings of plates and hubs.
+    Svg,
+}
+
+impl Format {
+    /// All formats, in the order of the list.
+    pub const ALL: [Format; 6] = [
+        Format::OpenScad,
+        Format::FreeCad,
+        Format::Stl,
+        Format::ThreeMf,
+        Format::Step,
+        Format::Svg,
+    ];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::OpenScad => "openscad",
+            Format::FreeCad => "freecad",
+            Format::Stl => "stl",
+            Format::ThreeMf => "3mf",
+            Format::Step => "step",
+            Format::Svg => "svg",
+        }
+    }
+
+    /// One line about it.
+    pub fn description(self) -> &'static str {
+        match self {
+            Format::OpenScad => {
+                "parametric scripts with Customizer, and the animated assembly (.scad)"
+            }
+            Format::FreeCad => "macro that builds a parametric document (.FCMacro)",
+            Format::Stl => "bodies in place and pieces to print, binary, mm (.stl)",
+            Format::ThreeMf => "all bodies in one file, named and coloured, mm (.3mf)",
+            Format::Step => "one named solid per body, mm, through an installed FreeCAD (.step)",
+            Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
+        }
+    }
+
+    /// The formats of a list of names.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with every unknown name and what it may have meant.
+    pub fn parse(names: &[String]) -> Result<Vec<Format>> {
+        let find = |name: &str| Format::ALL.into_iter().find(|f| f.name() == name);
+        let unknown = names.iter().filter(|name| find(name).is_none());
+        let problems: Vec<Problem> = unknown
+            .map(|name| Problem {
+                place: "--to".into(),
+                what: format!("`{name}` is not a format ({})", all_names()),
+                hint: nearest(name)
+                    .map(|f| format!("did you mean `{}`?", f.name()))
+                    .unwrap_or_default(),
+            })
+            .collect();
+        if problems.is_empty() {
+            Ok(names.iter().filter_map(|name| find(name)).collect())
+        } else {
+            Err(Error::Input {
+                file: "command line".into(),
+                problems,
+            })
+        }
+    }
+}
+
+fn all_names() -> String {
+    Format::ALL.map(Format::name).join(", ")
+}
+
+fn nearest(name: &str) -> Option<Format> {
+    let distance = |f: &Format| strsim::damerau_levenshtein(&name.to_lowercase(), f.name());
+    let best = Format::ALL.into_iter().min_by_key(distance)?;
+    (distance(&best) <= 2).then_some(best)
+}
+
+/// The files of a design in `format`, flat, without folders; `part` restricts them to one body.
+///
+/// # Errors
+/// [`Error::Input`] for a body that the design does not have or a format that cannot be had for
+/// one body, [`Error::Internal`] when a template, an encoder or FreeCAD fails.
+pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec<File>> {
+    let Some(solids) = source.solids else {
+        return Err(Error::Internal("the design has no solids".into()));
+    };
+    let names: Vec<&str> = solids.bodies.iter().map(|b| b.name.as_str()).collect();
+    if let Some(part) = part
+        && !names.contains(&part)
+    {
+        let what = format!(
+            "`{part}` is not a body of this design ({})",
+            names.join(", ")
+        );
+        return Err(refused("--part", what));
+    }
+    let wanted = |body: &str| part.is_none_or(|part| part == body);
+    match format {
+        Format::OpenScad => Ok(openscad::scripts(source, &solids.recipe)?
+            .into_iter()
+            .filter(|s| part.is_none_or(|part| s.name == format!("{part}.scad")))
+            .map(|s| File::new(s.name, s.text))
+            .collect()),
+        Format::Stl => {
+            let mut files = Vec::new();
+            for body in solids.bodies.iter().filter(|b| wanted(&b.name)) {
+                files.push(File::new(
+                    format!("{}.stl", body.name),
+                    stl::binary(&source.placed(body))?,
+                ));
+            }
+            let pieces = solids.pieces.iter().filter(|p| wanted(&p.body));
+            for piece in pieces.filter(|p| p.name != p.body) {
+                files.push(File::new(
+                    format!("print_{}.stl", piece.name),
+                    stl::binary(&piece.mesh)?,
+                ));
+            }
+            Ok(files)
+        }
+        Format::Svg => svg::drawings(source, solids, part),
+        Format::ThreeMf => Ok(vec![File::new(
+            "assembly.3mf",
+            threemf::assembly(source, solids, part)?,
+        )]),
+        Format::FreeCad | Format::Step if part.is_some() => Err(refused(
+            "--part",
+            format!("{} holds the whole mechanism", format.name()),
+        )),
+        Format::FreeCad => {
+            let date = super::date::from_environment().unwrap_or_default();
+            let design = source.with_recipe(solids);
+            Ok(vec![File::new(
+                format!("{}.FCMacro", freecad::stem(&design)),
+                freecad::macro_text(&design, &date)?,
+            )])
+        }
+        Format::Step => step(source),
+    }
+}
+
+fn step(source: &Source) -> Result<Vec<File>> {
+    let Some(solids) = source.solids else {
+        return Ok(Vec::new());
+    };
+    let design = source.with_recipe(solids);
+    let folder = tempfile::tempdir().map_err(Error::io(std::env::temp_dir()))?;
+    let date = super::date::from_environment().unwrap_or_default();
+    let headless = freecad::Headless {
+        program: "freecadcmd".as_ref(),
+        folder: folder.path(),
+        thorough: false,
+    };
+    let built = freecad::run(&design, &date, &headless)?;
+    let bytes = std::fs::read(&built.step).map_err(Error::io(&built.step))?;
+    Ok(vec![File::new(
+        format!("{}.step", freecad::stem(&design)),
+        bytes,
+    )])
+}
+
+fn refused(place: &str, what: String) -> Error {
+    Error::Input {
+        file: "command line".into(),
+        problems: vec![Problem {
+            place: place.into(),
+            what,
+            hint: String::new(),
+        }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_formats_are_all_named_with_suggestions() {
+        let names = ["openscad", "setp", "dwg"].map(String::from);
+        let error = Format::parse(&names).expect_err("two unknown").to_string();
+        assert!(error.contains("`setp`") && error.contains("did you mean `step`?"));
+        assert!(error.contains("`dwg`"));
+    }
+
+    #[test]
+    fn every_format_is_found_by_its_name() {
+        let names = Format::ALL.map(|f| f.name().to_string());
+        assert_eq!(Format::parse(&names).expect("all known"), Format::ALL);
+    }
+}
