@@ -19,6 +19,7 @@ use crate::load::sensitivity::Sensitivity;
 use crate::load::{LoadReport, Sampling};
 use crate::motion::Motion;
 use crate::solid::assembly::{Carrier, SolidBody};
+pub use crate::verify::Claim;
 use crate::{Error, Result};
 
 /// Size of the pictures of curves, pixels.
@@ -66,23 +67,6 @@ fn carrier_name(carrier: Carrier) -> &'static str {
         Carrier::Slider => "slider",
         Carrier::Support => "support",
     }
-}
-
-/// One claim about the mechanism and whether it holds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Claim {
-    /// Short name, as `check` prints it.
-    pub name: String,
-    /// What it means, in plain words.
-    pub meaning: String,
-    /// What was measured, with its unit.
-    pub figure: String,
-    /// What was demanded.
-    pub limit: String,
-    /// Where it is worst (φ, sub-gear pair, tooth); may be empty.
-    pub place: String,
-    /// Whether it holds.
-    pub holds: bool,
 }
 
 /// A file beside the report.

@@ -1,16 +1,27 @@
 //! Proof on the meshes, independent of the optimiser: nothing meets over the whole turn, the
 //! follower cannot escape, walls hold, every mesh bounds one solid.
 
+mod check;
+mod claim;
 mod collide;
+mod conjugation;
 mod escape;
+mod fabrication;
+mod failure;
+mod joints;
 mod mechanism;
 pub mod mesh;
 mod overlap;
 pub mod thickness;
+mod touching;
 mod tree;
 mod triangle;
 
+pub use check::{Check, CheckInput, Effort, Play, check};
+pub use claim::Claim;
 pub use escape::{Escape, directions, displacement};
+pub use fabrication::Printer;
+pub use failure::{Failure, Recognised};
 pub use mechanism::Mechanism;
 pub use mesh::{Defect, MeshProblem};
 pub use overlap::{PairProof, Place};

@@ -126,10 +126,10 @@ pub(super) fn apart(
     for stretch in stretches {
         colliding.extend(stretch.colliding);
         doubts.extend(stretch.doubts);
-        if let Some((phi, near)) = stretch.smallest {
-            if smallest.is_none_or(|(_, s)| near.closest.distance < s.closest.distance) {
-                smallest = Some((phi, near));
-            }
+        if let Some((phi, near)) = stretch.smallest
+            && smallest.is_none_or(|(_, s)| near.closest.distance < s.closest.distance)
+        {
+            smallest = Some((phi, near));
         }
     }
     let nested = nested((first, second), mechanism);

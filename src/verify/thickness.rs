@@ -71,7 +71,12 @@ pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
 /// `spacing` apart.
 fn samples(tree: &Tree, spacing: f64) -> Vec<(Vector3<f64>, usize)> {
     let mut samples = Vec::new();
-    for (k, t) in tree.triangles.iter().enumerate().filter(|(_, t)| t.height() > SEAM) {
+    for (k, t) in tree
+        .triangles
+        .iter()
+        .enumerate()
+        .filter(|(_, t)| t.height() > SEAM)
+    {
         let mut work = vec![t.corners];
         while let Some([a, b, c]) = work.pop() {
             let edges = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
