@@ -53,7 +53,15 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
         Some(cli::Method::Paper) => search.method = Method::Paper,
         None => {}
     }
-    let problems = file.settings.problems(file.class);
+    let method = search.method;
+    let mut problems = file.settings.problems(file.class);
+    if method == Method::Paper {
+        problems.push(mpcgear::Problem {
+            place: "search.method".into(),
+            what: "\"paper\" cannot be searched with yet, only solved band by band in the library".into(),
+            hint: "use \"exact\"".into(),
+        });
+    }
     if problems.is_empty() {
         Ok(())
     } else {
