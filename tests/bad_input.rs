@@ -226,7 +226,7 @@ fn settings_out_of_range() {
         &["support.pin_radius_mm"],
     );
     refused(
-        &uniform("[hub]\ndriver_radius_mm = 20"),
+        &uniform("[hub]\ndriver_radius_mm = 22"),
         &["hubs of 20 and 5.5"],
     );
     refused(
