@@ -227,7 +227,7 @@ fn settings_out_of_range() {
     );
     refused(
         &uniform("[hub]\ndriver_radius_mm = 22"),
-        &["hubs of 20 and 5.5"],
+        &["hubs of 22 and 4.2"],
     );
     refused(
         &uniform("gear = 3").replace(
