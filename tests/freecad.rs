@@ -87,7 +87,8 @@ fn macro_agrees_with_the_mesh(class: Class) {
 
 /// Reads the STEP file with build123d: the same named parts, one valid solid each, in mm.
 fn another_kernel_reads_the_step(made: &Built) {
-    let python = std::env::var("MPCGEAR_PYTHON").unwrap_or_else(|_| "python3".into());
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python3");
+    let python = std::env::var("MPCGEAR_PYTHON").unwrap_or_else(|_| own.display().to_string());
     if !is_here(&python, &["-c", "import build123d"], "build123d") {
         return;
     }

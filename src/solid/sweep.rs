@@ -12,7 +12,7 @@ use crate::{Error, Result};
 const MAX_STATIONS: usize = 33;
 
 /// Corners of a full flank circle in the section polygon.
-pub const SECTION_SEGMENTS: u32 = 20;
+pub const SECTION_SEGMENTS: u32 = 24;
 
 /// Where the cross section stands at one station, in the gear's own frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
