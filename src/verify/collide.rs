@@ -109,7 +109,7 @@ impl<'a> Placed<'a> {
             self.offer(pair, &self.second_triangle(pair.1), &mut search);
         }
         if let (Some(a), Some(b)) = (self.first.nodes.first(), self.second.nodes.first()) {
-            self.descend(0, 0, self.gap(a, b).norm(), &mut search);
+            self.descend(0, 0, self.gap(a, b), &mut search);
         }
         search.best
     }
@@ -119,22 +119,40 @@ impl<'a> Placed<'a> {
         self.nearest(TOUCH, 0.0, hint)
     }
 
-    /// Pairs that may come closer than `floor` within ±`half` of this phase; empty means proven clear.
-    pub fn doubtful(&self, drift: &Drift, half: f64, floor: f64) -> Vec<(usize, usize)> {
+    /// Pairs that may come closer than `floor` within ±`half` of this phase, at most about `enough` of
+    /// them; none means proven clear.
+    pub fn doubtful(
+        &self,
+        (drift, half, floor): (&Drift, f64, f64),
+        enough: usize,
+    ) -> Vec<(usize, usize)> {
         let mut doubtful = Vec::new();
         let mut stack = vec![(0usize, 0usize)];
         while let Some((i, j)) = stack.pop() {
+            if doubtful.len() >= enough {
+                break;
+            }
             let (Some(a), Some(b)) = (self.first.nodes.get(i), self.second.nodes.get(j)) else {
                 continue;
             };
-            let gap = self.gap(a, b);
-            let distance = gap.norm();
-            if distance > floor {
-                let centre = self.pose.apply(b.centre);
-                let extent = self.turned * b.half;
-                if distance - drift.of_box(gap / distance, (centre, extent), half) > floor {
-                    continue;
-                }
+            let centre = self.pose.apply(b.centre);
+            let extent = self.turned * b.half;
+            // Along the whole gap, or along its largest component alone: faces that slide over each
+            // other part along their normal only.
+            let (in_first, in_second) = self.gaps(a, b);
+            let apart = [
+                in_first,
+                main_part(in_first),
+                self.pose.rotation * in_second,
+            ]
+            .iter()
+            .any(|gap| {
+                let distance = gap.norm();
+                distance > floor
+                    && distance - drift.of_box(gap / distance, (centre, extent), half) > floor
+            });
+            if apart {
+                continue;
             }
             match (a.is_leaf(), b.is_leaf()) {
                 (true, true) => {
@@ -204,20 +222,24 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// Vector from box `a` to box `b` along which they are apart at least by its length (zero: maybe not apart).
-    fn gap(&self, a: &Node, b: &Node) -> Vector3<f64> {
+    /// Lower bound of the distance of two boxes.
+    fn gap(&self, a: &Node, b: &Node) -> f64 {
+        let (in_first, in_second) = self.gaps(a, b);
+        in_first.norm_squared().max(in_second.norm_squared()).sqrt()
+    }
+
+    /// Vectors from box `a` to box `b` along which they are apart at least by its length (zero:
+    /// maybe not apart), by the axes of the first body and of the second, each in its frame.
+    fn gaps(&self, a: &Node, b: &Node) -> (Vector3<f64>, Vector3<f64>) {
         let offset = self.pose.apply(b.centre) - a.centre;
         let apart = |offset: Vector3<f64>, reach: Vector3<f64>| {
             offset.zip_map(&reach, |o, r| (o.abs() - r).max(0.0) * o.signum())
         };
-        let in_first = apart(offset, a.half + self.turned * b.half);
-        let back = self.pose.rotation.transpose();
-        let in_second = apart(back * offset, b.half + self.turned.transpose() * a.half);
-        if in_first.norm_squared() >= in_second.norm_squared() {
-            in_first
-        } else {
-            self.pose.rotation * in_second
-        }
+        let back = self.pose.rotation.transpose() * offset;
+        (
+            apart(offset, a.half + self.turned * b.half),
+            apart(back, b.half + self.turned.transpose() * a.half),
+        )
     }
 
     fn offer(&self, pair: (usize, usize), other: &Triangle, search: &mut Search) {
@@ -249,7 +271,7 @@ impl<'a> Placed<'a> {
             [(i, j + 1), (i, b.first as usize)]
         };
         let distances =
-            children.map(|(i, j)| self.gap(&self.first.nodes[i], &self.second.nodes[j]).norm());
+            children.map(|(i, j)| self.gap(&self.first.nodes[i], &self.second.nodes[j]));
         let order = if distances[1] < distances[0] {
             [1, 0]
         } else {
@@ -259,6 +281,14 @@ impl<'a> Placed<'a> {
             self.descend(children[c].0, children[c].1, distances[c], search);
         }
     }
+}
+
+/// The largest component of a vector, alone.
+fn main_part(v: Vector3<f64>) -> Vector3<f64> {
+    let axis = v.iamax();
+    let mut part = Vector3::zeros();
+    part[axis] = v[axis];
+    part
 }
 
 /// State of one branch-and-bound search.

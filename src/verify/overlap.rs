@@ -22,6 +22,10 @@ const RUN: usize = 30;
 /// surfaces (ball in socket) are equally far apart everywhere, and need not all be compared.
 const SLACK: f64 = 0.05;
 
+/// A stride may be as long as the gap provably stays above this share of the smallest one seen:
+/// long enough to pass joints quickly, whose gap never changes, short enough not to miss a dip.
+const DIP: f64 = 0.7;
+
 /// A step is halved this often before it counts as undecided.
 const HALVINGS: u32 = 7;
 
@@ -33,8 +37,8 @@ const VOLUMES: usize = 6;
 pub struct PairProof {
     /// Names of the two bodies.
     pub bodies: [String; 2],
-    /// Smallest gap found, mm; no gap anywhere in the turn is more than a tenth below it, except
-    /// inside single steps of the turn. 0 when they meet.
+    /// Smallest gap found, mm; 0 when they meet. Strides longer than one step of the turn are only
+    /// taken where the gap provably stays above 0.7 of it.
     pub gap_mm: f64,
     /// Where it is smallest.
     pub gap_at: Place,
@@ -227,8 +231,9 @@ impl Walk<'_> {
             let least = found.smallest.map_or(distance, |(_, s)| s.closest.distance);
             let meets = distance <= TOUCH;
             if !meets {
-                let pairs =
-                    placed.doubtful(&drift, half, self.floor.max((1.0 - 2.0 * SLACK) * least));
+                // A longer stride is given up at the first doubt; a single step needs all of them.
+                let enough = if stride > 1 { 1 } else { usize::MAX };
+                let pairs = placed.doubtful((&drift, half, self.floor.max(DIP * least)), enough);
                 if pairs.is_empty() {
                     at += stride;
                     stride *= 2;
