@@ -148,9 +148,12 @@ impl Workshop {
     pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
         let s = self.scale;
         let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
-        let travel = rng.random_range(3.0..12.0) * s * sign(rng);
+        let pitch = std::f64::consts::PI * 25.0 / self.grid.teeth.len() as f64;
+        let travel = rng.random_range(0.6..1.5) * pitch * s * sign(rng);
         let z = if self.class.is_spherical() {
-            (rng.random_range(5.0..22.0) * s + 0.5 * travel.abs()) * sign(rng)
+            // Room for as many bands above each other as one side of the ball has to take.
+            let above = (self.class.dof() + 2) / 2;
+            (rng.random_range(5.0..4.0 + 9.0 * above as f64) * s + 0.5 * travel.abs()) * sign(rng)
         } else {
             rng.random_range(-16.0..16.0) * s
         };
