@@ -29,15 +29,27 @@ pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
     watch.finish();
     match outcome {
         Ok(outcome) => deliver(cli, args, &motion, &outcome, &watch),
-        Err(Error::Infeasible { reason, place, hint }) => {
+        Err(Error::Infeasible {
+            reason,
+            place,
+            hint,
+        }) => {
             let mut draft = draft(&file);
             draft.problems = vec![format!("{reason} ({place}); {hint}")];
             let mut summary = Summary::of(&draft);
             summary.wall_seconds = watch.seconds();
-            let source = Source { design: &draft, motion: &motion, solids: None };
+            let source = Source {
+                design: &draft,
+                motion: &motion,
+                solids: None,
+            };
             let written = write(&args.out, &export::files(&source, &summary)?, false)?;
             show(cli, &summary, &written)?;
-            Err(Error::Infeasible { reason, place, hint })
+            Err(Error::Infeasible {
+                reason,
+                place,
+                hint,
+            })
         }
         Err(error) => Err(error),
     }
@@ -58,18 +70,28 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
     if method == Method::Paper {
         problems.push(mpcgear::Problem {
             place: "search.method".into(),
-            what: "\"paper\" cannot be searched with yet, only solved band by band in the library".into(),
+            what: "\"paper\" cannot be searched with yet, only solved band by band in the library"
+                .into(),
             hint: "use \"exact\"".into(),
         });
     }
     if problems.is_empty() {
         Ok(())
     } else {
-        Err(Error::Input { file: "command line".into(), problems })
+        Err(Error::Input {
+            file: "command line".into(),
+            problems,
+        })
     }
 }
 
-fn deliver(cli: &Cli, args: &DesignArgs, motion: &Motion, outcome: &Outcome, watch: &Watch) -> Result<u8> {
+fn deliver(
+    cli: &Cli,
+    args: &DesignArgs,
+    motion: &Motion,
+    outcome: &Outcome,
+    watch: &Watch,
+) -> Result<u8> {
     let design = &outcome.design;
     let mut summary = Summary::of(design);
     summary.conjugation_residual_max = Some(outcome.residual);
@@ -77,18 +99,35 @@ fn deliver(cli: &Cli, args: &DesignArgs, motion: &Motion, outcome: &Outcome, wat
         let overlap = proof.overlap_max_mm3();
         summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
         summary.escapes = Some(proof.escapes.len());
-        summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(1.25 * design.settings.gear.minimum_wall_mm));
+        summary.wall_min_mm = Some(
+            proof
+                .wall_min_mm()
+                .unwrap_or(1.25 * design.settings.gear.minimum_wall_mm),
+        );
     }
     summary.wall_seconds = watch.seconds();
-    let source = Source { design, motion, solids: Some(&outcome.solids) };
+    let source = Source {
+        design,
+        motion,
+        solids: Some(&outcome.solids),
+    };
     let mut files = export::files(&source, &summary)?;
     let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-    files.push(super::render::report_file(design, motion, &outcome.solids, outcome.proof.as_ref(), &text)?);
+    files.push(super::render::report_file(
+        design,
+        motion,
+        &outcome.solids,
+        outcome.proof.as_ref(),
+        &text,
+    )?);
     let works = design.problems.is_empty();
     let written = write(&args.out, &files, works)?;
     show(cli, &summary, &written)?;
     if outcome.stop == StopReason::Stopped && !watch.interrupted() {
-        say(cli, "the search was cut short by the time limit; more time may give a better design")?;
+        say(
+            cli,
+            "the search was cut short by the time limit; more time may give a better design",
+        )?;
     }
     Ok(match (watch.interrupted(), works) {
         (true, _) => 130,
@@ -114,7 +153,11 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
         return print_out(&json(summary)?);
     }
     let figure = |value: Option<f64>| value.map_or("–".into(), |v| format!("{v:.3}"));
-    let state = if summary.feasible { "works" } else { "draft, does not work" };
+    let state = if summary.feasible {
+        "works"
+    } else {
+        "draft, does not work"
+    };
     let mut text = format!(
         "{} ({}): {state}. K = {}, min Q {}, η {}, overlap {} mm³, escapes {}, thinnest wall {} mm, {:.1} s\n",
         summary.name,

@@ -23,9 +23,20 @@ pub fn run(cli: &Cli) -> Result<u8> {
         Command::Design(args) => design::run(cli, args),
         Command::New { class, file } => {
             let mut open = std::fs::OpenOptions::new();
-            let mut new = open.write(true).create_new(true).open(file).map_err(Error::io(file))?;
-            new.write_all(mpcgear::motion::starter(*class).as_bytes()).map_err(Error::io(file))?;
-            say(cli, &format!("{} written; next: mpcgear design {0} -o out", file.display()))
+            let mut new = open
+                .write(true)
+                .create_new(true)
+                .open(file)
+                .map_err(Error::io(file))?;
+            new.write_all(mpcgear::motion::starter(*class).as_bytes())
+                .map_err(Error::io(file))?;
+            say(
+                cli,
+                &format!(
+                    "{} written; next: mpcgear design {0} -o out",
+                    file.display()
+                ),
+            )
         }
         Command::Export(args) => render::export(cli, args),
         Command::Report { folder, png } => render::report(cli, folder, png.as_deref()),
@@ -47,7 +58,9 @@ fn say(cli: &Cli, text: &str) -> Result<u8> {
 /// Writes a line to standard output; a closed pipe is no error.
 fn print_out(text: &str) -> Result<()> {
     match writeln!(std::io::stdout(), "{text}") {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("standard output")(error)),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io("standard output")(error))
+        }
         _ => Ok(()),
     }
 }
@@ -59,7 +72,11 @@ fn json(value: &impl serde::Serialize) -> Result<String> {
 
 /// Reads a design from its file or from the folder it is in, with its motion.
 fn read_design(path: &Path) -> Result<(Design, Motion, PathBuf)> {
-    let file = if path.is_dir() { path.join("design.json") } else { path.to_path_buf() };
+    let file = if path.is_dir() {
+        path.join("design.json")
+    } else {
+        path.to_path_buf()
+    };
     let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
     let broken = |what: String| Error::Input {
         file: file.clone(),

@@ -186,7 +186,10 @@ impl Scene {
                 .map(|(p, r)| [r * p.y.atan2(p.x), p.z])
                 .collect()
         });
-        Fins { teeth: teeth.collect(), turn: std::f64::consts::TAU * FIN_RADIUS * self.center_distance }
+        Fins {
+            teeth: teeth.collect(),
+            turn: std::f64::consts::TAU * FIN_RADIUS * self.center_distance,
+        }
     }
 
     /// Whether tooth `j` can be near the mesh at driver angle `phi`: within [`MESH_WINDOW`] of its
@@ -300,9 +303,14 @@ impl Scene {
     /// Whether driver teeth of either band stay clear of follower teeth of the other, and the fins of
     /// both stand apart on their gears.
     pub fn compatible(&self, a: &Swept, b: &Swept) -> bool {
-        let limit = self.bead_depths.last().map_or(0.0, |d| d + self.bead_radius) + self.gap;
+        let limit = self
+            .bead_depths
+            .last()
+            .map_or(0.0, |d| d + self.bead_radius)
+            + self.gap;
         (0..2).all(|g| a.fins[g].apart(&b.fins[g], limit))
-            && a.sweep.clears(&b.field, self.gap, false) && b.sweep.clears(&a.field, self.gap, false)
+            && a.sweep.clears(&b.field, self.gap, false)
+            && b.sweep.clears(&a.field, self.gap, false)
     }
 }
 
@@ -423,19 +431,24 @@ impl Fins {
     /// leave slivers of material between them.
     fn apart(&self, other: &Fins, limit: f64) -> bool {
         let range = |tooth: &[[f64; 2]]| {
-            tooth.iter().fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(p[1]), high.max(p[1])))
+            tooth.iter().fold((f64::MAX, f64::MIN), |(low, high), p| {
+                (low.min(p[1]), high.max(p[1]))
+            })
         };
         let others: Vec<_> = other.teeth.iter().map(|t| (t, range(t))).collect();
         self.teeth.iter().all(|a| {
             let (low, high) = range(a);
-            others.iter().filter(|(_, r)| r.0 < high + limit && r.1 > low - limit).all(|(b, _)| {
-                a.iter().all(|p| {
-                    b.iter().all(|q| {
-                        let arc = (p[0] - q[0]).abs() % self.turn;
-                        arc.min(self.turn - arc).hypot(p[1] - q[1]) >= limit
+            others
+                .iter()
+                .filter(|(_, r)| r.0 < high + limit && r.1 > low - limit)
+                .all(|(b, _)| {
+                    a.iter().all(|p| {
+                        b.iter().all(|q| {
+                            let arc = (p[0] - q[0]).abs() % self.turn;
+                            arc.min(self.turn - arc).hypot(p[1] - q[1]) >= limit
+                        })
                     })
                 })
-            })
         })
     }
 }
