@@ -116,6 +116,20 @@ pub enum Method {
 pub struct CheckArgs {
     /// `design.json` or the folder with it.
     pub design: PathBuf,
+    /// Meshes instead of those of the design.
+    #[command(flatten)]
+    pub meshes: MeshArgs,
+    /// Room of the printer, mm.
+    #[arg(long, value_name = "XxYxZ", value_parser = parse_volume, default_value = "220x220x250")]
+    pub printer: [f64; 3],
+    /// How far a printed surface may lie outside its place, mm.
+    #[arg(long, value_name = "MM", value_parser = parse_tolerance, default_value = "0.03")]
+    pub tolerance: f64,
+}
+
+/// Meshes to check instead of those of the design.
+#[derive(Debug, Default, Args)]
+pub struct MeshArgs {
     /// STL of the driver to check instead, ASCII or binary, assembled at φ = 0, mm.
     #[arg(long, value_name = "STL")]
     pub driver: Option<PathBuf>,
@@ -128,12 +142,6 @@ pub struct CheckArgs {
     /// The same for the slider of a 3R1T mechanism.
     #[arg(long, value_name = "STL")]
     pub slider: Option<PathBuf>,
-    /// Room of the printer, mm.
-    #[arg(long, value_name = "XxYxZ", value_parser = parse_volume, default_value = "220x220x250")]
-    pub printer: [f64; 3],
-    /// How far a printed surface may lie outside its place, mm.
-    #[arg(long, value_name = "MM", value_parser = parse_tolerance, default_value = "0.03")]
-    pub tolerance: f64,
 }
 
 /// Arguments of `export`.
@@ -189,7 +197,10 @@ fn parse_mass(text: &str) -> Result<f64, String> {
 
 /// Three lengths in mm, `220x220x250`.
 fn parse_volume(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Vec<f64> = text.split('x').filter_map(|n| n.trim().parse().ok()).collect();
+    let numbers: Vec<f64> = text
+        .split('x')
+        .filter_map(|n| n.trim().parse().ok())
+        .collect();
     <[f64; 3]>::try_from(numbers)
         .ok()
         .filter(|size| size.iter().all(|x| x.is_finite() && *x > 0.0))

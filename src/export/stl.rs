@@ -22,7 +22,9 @@ pub fn read(path: &Path) -> Result<Mesh> {
     if binary {
         bytes[..5].fill(b' ');
     } else if !bytes.starts_with(b"solid") {
-        return Err(wrong("is neither ASCII nor binary STL of the length it states".into()));
+        return Err(wrong(
+            "is neither ASCII nor binary STL of the length it states".into(),
+        ));
     }
     let stl = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;
     Ok(Mesh {

@@ -104,7 +104,9 @@ impl std::fmt::Display for Spot {
             self.tooth.map(|j| format!("tooth {j}")),
             self.at_mm
                 .map(|[x, y, z]| format!("({x:.2}, {y:.2}, {z:.2}) mm")),
-            self.direction.as_ref().map(|u| format!("direction {u:.2?}")),
+            self.direction
+                .as_ref()
+                .map(|u| format!("direction {u:.2?}")),
         ];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         f.write_str(&parts.join(", "))

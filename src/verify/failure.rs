@@ -112,7 +112,11 @@ pub(super) fn recognise(
 }
 
 /// Sub-gear pair and tooth whose contact curve on `gear` comes nearest to `p` (body frame).
-pub(super) fn nearest_tooth(design: &Design, gear: Gear, p: Vector3<f64>) -> Option<(usize, usize)> {
+pub(super) fn nearest_tooth(
+    design: &Design,
+    gear: Gear,
+    p: Vector3<f64>,
+) -> Option<(usize, usize)> {
     let mut best = (TOOTH_REACH, None);
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
         for (j, tooth) in pair.teeth.iter().enumerate() {

@@ -142,14 +142,17 @@ pub(super) fn escape_claim(proof: &Proof) -> Claim {
         "0",
     )
     .measured(proof.escapes.len() as f64, "", 0.0)
-    .at(proof
-        .escapes
-        .first()
-        .map_or(Spot::default(), |e| Spot::phase(e.phi).towards(&e.direction)))
+    .at(proof.escapes.first().map_or(Spot::default(), |e| {
+        Spot::phase(e.phi).towards(&e.direction)
+    }))
 }
 
 /// Play at evenly spread phases in the directions of the escape test.
-pub(super) fn plays(held: &Held, closure: &[ClosureSample], (effort, clearance): (&Effort, f64)) -> Vec<Play> {
+pub(super) fn plays(
+    held: &Held,
+    closure: &[ClosureSample],
+    (effort, clearance): (&Effort, f64),
+) -> Vec<Play> {
     let directions = directions(held.mechanism.motion.class(), effort.directions);
     (0..effort.play_phases)
         .flat_map(|i| {

@@ -55,13 +55,11 @@ fn compose(outer: &Pose, inner: &Pose) -> Pose {
 }
 
 /// Whether `moved`, displaced by `by` (Σ) from where it is at `phi`, touches `other`.
-fn touches(
-    (moved, other): (&Part, &Part),
-    mechanism: &Mechanism,
-    (phi, by): (f64, &Pose),
-) -> bool {
+fn touches((moved, other): (&Part, &Part), mechanism: &Mechanism, (phi, by): (f64, &Pose)) -> bool {
     let displaced = compose(by, &mechanism.pose(moved.body.carrier, phi));
-    let seen = mechanism.pose(other.body.carrier, phi).inverse_mul(&displaced);
+    let seen = mechanism
+        .pose(other.body.carrier, phi)
+        .inverse_mul(&displaced);
     Placed::new(&other.tree, &moved.tree, seen)
         .touch(None)
         .is_some()
@@ -114,9 +112,8 @@ fn stopped(
     // Twice the play closes any joint of that play, facets included.
     let size = 2.0 * play + 0.1;
     let free = phases(HOLD_PHASES).find_map(|phi| {
-        let loose = |d: &&Vector3<f64>| {
-            !touches((held, holder), mechanism, (phi, &shift(**d * size)))
-        };
+        let loose =
+            |d: &&Vector3<f64>| !touches((held, holder), mechanism, (phi, &shift(**d * size)));
         Some((phi, directions.iter().find(loose)?))
     });
     match free {
@@ -146,10 +143,7 @@ fn leaning(parts: &[Part], mechanism: &Mechanism, play: &[Play]) -> Claim {
         .filter(|p| !matches!(p.body.carrier, Carrier::Follower | Carrier::Driver))
         .collect();
     let class = mechanism.motion.class();
-    let known: Vec<(&Play, f64)> = play
-        .iter()
-        .filter_map(|p| Some((p, p.distance?)))
-        .collect();
+    let known: Vec<(&Play, f64)> = play.iter().filter_map(|p| Some((p, p.distance?))).collect();
     if known.is_empty() {
         return claim.undecided("the play could not be measured");
     }
@@ -180,10 +174,9 @@ fn insertion(parts: &[Part], mechanism: &Mechanism) -> Claim {
         "assembly",
         "the follower can be slid into mesh with the driver in place",
     );
-    let (Some(follower), Some(driver)) = (
-        find(parts, Carrier::Follower),
-        find(parts, Carrier::Driver),
-    ) else {
+    let (Some(follower), Some(driver)) =
+        (find(parts, Carrier::Follower), find(parts, Carrier::Driver))
+    else {
         return claim.undecided("driver or follower is missing");
     };
     let away = mechanism.center_distance;

@@ -36,7 +36,8 @@ impl Touching {
     /// Whether it touches at `phi_deg`, whatever the turn.
     pub fn at(&self, phi_deg: f64) -> bool {
         let slack = 1e-9;
-        (phi_deg - self.from_deg + slack).rem_euclid(360.0) <= self.to_deg - self.from_deg + 2.0 * slack
+        (phi_deg - self.from_deg + slack).rem_euclid(360.0)
+            <= self.to_deg - self.from_deg + 2.0 * slack
     }
 }
 
@@ -110,7 +111,10 @@ fn in_place(teeth: &[Tooth], wanted: f64) -> Vec<Claim> {
             .iter()
             .flat_map(|t| t.flanks.iter().map(move |f| (t.at, f)))
     };
-    let names = ["flanks of the driver in place", "flanks of the follower in place"];
+    let names = [
+        "flanks of the driver in place",
+        "flanks of the follower in place",
+    ];
     let meaning = "every tooth is where the design puts it, along its whole contact";
     names
         .into_iter()
@@ -123,7 +127,11 @@ fn in_place(teeth: &[Tooth], wanted: f64) -> Vec<Claim> {
             });
             match worst {
                 Some((at, flank)) => claim
-                    .decide(flank.deviation(gear, wanted), "mm", Bound::AtMost(DEVIATION))
+                    .decide(
+                        flank.deviation(gear, wanted),
+                        "mm",
+                        Bound::AtMost(DEVIATION),
+                    )
                     .at(Spot::phase(flank.phi).on(Some(at))),
                 None => claim.undecided("the design has no contact stations"),
             }
@@ -133,7 +141,9 @@ fn in_place(teeth: &[Tooth], wanted: f64) -> Vec<Claim> {
 
 /// The longest stretch on which both flanks are in place; `None` where they nowhere are.
 fn span(tooth: &Tooth, wanted: f64) -> Option<Touching> {
-    let runs = tooth.flanks.chunk_by(|a, b| a.good(wanted) && b.good(wanted));
+    let runs = tooth
+        .flanks
+        .chunk_by(|a, b| a.good(wanted) && b.good(wanted));
     let longest = runs
         .filter(|run| run.iter().all(|f| f.good(wanted)))
         .filter_map(|run| Some((run.first()?.phi, run.last()?.phi)))
@@ -153,7 +163,9 @@ fn hand_over(design: &Design, teeth: &[(usize, usize)], touching: &[Touching]) -
         "each tooth takes over before the one before it lets go",
     );
     let ratio = |&(k, j): &(usize, usize)| {
-        let touch = touching.iter().find(|t| (t.pair, t.tooth) == (k + 1, j + 1));
+        let touch = touching
+            .iter()
+            .find(|t| (t.pair, t.tooth) == (k + 1, j + 1));
         let pitch = 360.0 / design.sub_gear_pairs[k].teeth.len() as f64;
         touch.map_or(0.0, |t| (t.to_deg - t.from_deg) / pitch)
     };
