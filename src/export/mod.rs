@@ -19,13 +19,14 @@ pub mod picture;
 pub mod report;
 mod scad_bed;
 mod scad_csg;
+mod scad_sets;
 mod scad_teeth;
 pub mod stl;
 pub mod svg;
 pub mod tables;
 pub mod threemf;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::Result;
 use crate::design::Design;
@@ -118,6 +119,8 @@ pub fn files(source: &Source, summary: &Summary) -> Result<Vec<File>> {
     for script in openscad::scripts(source, &solids.recipe)? {
         files.push(File::new(format!("openscad/{}", script.name), script.text));
     }
+    let sets = scad_sets::file(&solids.recipe)?;
+    files.push(File::new(Path::new("openscad").join(sets.path), sets.bytes));
     files.push(File::new(
         "parts.md",
         parts::markdown(source.design, solids)?,
