@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{File, Source, freecad, openscad, scad_sets, stl, svg, threemf};
+use super::{File, Source, card, freecad, openscad, scad_sets, stl, svg, threemf};
 use crate::design::Design;
 use crate::{Error, Problem, Result};
 
@@ -21,17 +21,20 @@ pub enum Format {
     Step,
     /// Drawings of plates and hubs.
     Svg,
+    /// A page with picture and figures.
+    Card,
 }
 
 impl Format {
     /// All formats, in the order of the list.
-    pub const ALL: [Format; 6] = [
+    pub const ALL: [Format; 7] = [
         Format::OpenScad,
         Format::FreeCad,
         Format::Stl,
         Format::ThreeMf,
         Format::Step,
         Format::Svg,
+        Format::Card,
     ];
 
     /// Name on the command line.
@@ -43,6 +46,7 @@ impl Format {
             Format::ThreeMf => "3mf",
             Format::Step => "step",
             Format::Svg => "svg",
+            Format::Card => "card",
         }
     }
 
@@ -59,6 +63,7 @@ impl Format {
                 "one named solid per body, mm, and the document, through an installed FreeCAD (.step, .FCStd)"
             }
             Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
+            Format::Card => "picture, figures and pieces on one page (.md, .png)",
         }
     }
 
@@ -155,6 +160,7 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
                 freecad::macro_text(&design, &date)?,
             )])
         }
+        Format::Card => card::files(source, solids),
         Format::Step => step(&one_part(source.with_recipe(solids), part)),
     }
 }

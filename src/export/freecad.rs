@@ -18,9 +18,10 @@ use crate::{Error, Result};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
-const MODULES: [&str; 4] = [
+const MODULES: [&str; 5] = [
     include_str!("../../cad/freecad/mpcgear/parameters.py"),
     include_str!("../../cad/freecad/mpcgear/poses.py"),
+    include_str!("../../cad/freecad/mpcgear/options.py"),
     include_str!("../../cad/freecad/mpcgear/builder.py"),
     include_str!("../../cad/freecad/mpcgear/files.py"),
 ];
@@ -73,7 +74,7 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
             context! {
                 stem => stem(design),
                 name => one_line(&design.name),
-                generator => one_line(&design.generator),
+                generator => one_line(&super::maker(design)),
                 version => env!("CARGO_PKG_VERSION"),
                 date => date,
                 class => design.class.to_string(),

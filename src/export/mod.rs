@@ -3,6 +3,7 @@
 //! Everything is rendered in memory first ([`files`]), then written at once ([`folder::publish`]),
 //! so that files appear whole or not at all.
 
+mod card;
 pub mod chart;
 mod compact;
 pub mod compare;
@@ -65,6 +66,11 @@ impl Source<'_> {
             ..self.design.clone()
         }
     }
+}
+
+/// The program that made a design, with its version.
+fn maker(design: &Design) -> String {
+    format!("mpcgear {}", design.generator)
 }
 
 /// One file of an output folder.

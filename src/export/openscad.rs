@@ -21,7 +21,7 @@ const LIBRARY: &str = include_str!("../../cad/openscad/mpcgear.scad");
 /// Poses in the assembly's table.
 const POSES: u32 = 180;
 
-const TEMPLATES: [(&str, &str); 11] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("header", include_str!("../../templates/scad_header.jinja")),
     (
         "parameters",
@@ -47,6 +47,7 @@ const TEMPLATES: [(&str, &str); 11] = [
         "assembly.scad",
         include_str!("../../templates/assembly.scad.jinja"),
     ),
+    ("card.md", include_str!("../../templates/card.md.jinja")),
     ("parts.md", include_str!("../../templates/parts.md.jinja")),
 ];
 
@@ -219,7 +220,7 @@ fn about(source: &Source, what: &str) -> About {
         name: one_line(&design.name),
         motion: kind.unwrap_or_else(|| "motion".into()),
         class: design.class.to_string(),
-        generator: one_line(&design.generator),
+        generator: one_line(&super::maker(design)),
         center_distance: number(design.settings.gear.center_distance_mm, 4),
         k: design.sub_gear_pairs.len(),
         j: design.settings.gear.teeth,
@@ -313,31 +314,31 @@ fn tooth_group(source: &Source) -> Group {
             "tooth_thickness",
             s.thickness,
             (wall, s.thickness),
-            "thickness across the bead; it grows away from the contact",
+            "thickness across the bead, measured away from the contact; a thicker one would meet the next tooth",
         ),
         entry(
             "flank_radius",
             s.flank_radius,
             (0.4, s.flank_radius),
-            "radius of the round flanks; the contact point stays where it is",
+            "radius of the flanks; a larger one would break conjugation, a smaller one keeps the contact",
         ),
         entry(
             "tooth_tip",
             s.tip,
             (0.3 * s.flank_radius, s.tip),
-            "height beyond the contact point",
+            "height beyond the contact point; lower is harmless",
         ),
         entry(
             "tooth_root",
             s.root,
             (0.1, s.root),
-            "depth of the section behind the contact point",
+            "depth of the section behind the contact point; harmless while the wall covers it",
         ),
         entry(
             "clearance",
             s.clearance,
             (0.0, 2.0 * scad_teeth::SPARE),
-            "flank-to-flank gap, half of it off this gear; both gears want the same value, 0 binds",
+            "flank-to-flank gap, half of it off this gear; both gears want the same value; 0 is the exact contact and binds, more is play",
         ),
     ];
     Group {

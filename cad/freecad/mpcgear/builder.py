@@ -9,6 +9,7 @@ import FreeCAD as App
 import Part
 import Sketcher
 
+from .options import build_options, option_tools
 from .parameters import Expression, build_parameters, number
 from .poses import build_poses, follower_poses, place, vector
 
@@ -26,6 +27,7 @@ SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance
 def build(document, design):
     """Fills `document` with the mechanism of `design` (the content of design.json)."""
     parameters = build_parameters(document, design)
+    build_options(document)
     build_poses(document, design)
     sections = build_sections(document, design)
     parts = []
@@ -214,6 +216,9 @@ class BodyBuilder:
             group.Label = "%s: %s" % (self.name, {"add": "added", "cut": "cut", "keep": "kept"}[operation])
             made = [self.primitive(feature, group) for feature in features]
             solid = self.combine(operation, solid, made)
+        tools = option_tools(self, body["name"])
+        if tools:
+            solid = self.combine("cut", solid, tools)
         teeth = self.teeth(body["teeth"]) if body.get("teeth") else []
         if teeth:
             solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
