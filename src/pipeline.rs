@@ -7,7 +7,7 @@ use crate::design::Design;
 use crate::motion::{Motion, MotionFile};
 use crate::search::{self, Progress, StopReason};
 use crate::solid::Solids;
-use crate::verify::{self, Mechanism, Proof, ProofSettings};
+use crate::verify::{self, Check, CheckInput, Effort, Printer};
 use crate::{Error, Result, synthesis};
 
 /// A finished job: the design with everything that was made from it and found out about it.
@@ -17,16 +17,13 @@ pub struct Outcome {
     pub design: Design,
     /// Bodies and print pieces.
     pub solids: Solids,
-    /// Proof on the meshes; `None` when the run was stopped before.
-    pub proof: Option<Proof>,
+    /// Every claim tried on the meshes; `None` when the run was stopped before.
+    pub check: Option<Check>,
     /// Largest |n·v_rel|, |n·T²|, mm/rad.
     pub residual: f64,
     /// Whether the search was cut short.
     pub stop: StopReason,
 }
-
-/// Largest conjugation residual of a working design, mm/rad.
-pub const RESIDUAL_LIMIT: f64 = 1e-6;
 
 /// Designs the mechanism of `file`. When no choice of bands passes the proof, the one with the fewest
 /// problems is returned with them.
@@ -63,7 +60,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             residual: synthesis::conjugation_residual(&design, motion),
             design,
             solids,
-            proof: None,
+            check: None,
             stop: if stopped {
                 StopReason::Stopped
             } else {
@@ -74,7 +71,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             match prove(&outcome, motion, &mut |done| {
                 tell("proof on the meshes", 0.1 + 0.9 * done)
             }) {
-                Ok(proof) => outcome.proof = Some(proof),
+                Ok(check) => outcome.check = Some(check),
                 Err(Error::Interrupted) => outcome.stop = StopReason::Stopped,
                 Err(error) => return Err(error),
             }
@@ -83,7 +80,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
         let fewer = best
             .as_ref()
             .is_none_or(|b| outcome.design.problems.len() < b.design.problems.len());
-        let done = outcome.design.problems.is_empty() || outcome.proof.is_none();
+        let done = outcome.design.problems.is_empty() || outcome.check.is_none();
         if fewer {
             best = Some(outcome);
         }
@@ -98,53 +95,24 @@ fn prove(
     outcome: &Outcome,
     motion: &Motion,
     tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Proof> {
-    let settings = &outcome.design.settings;
-    let mechanism = Mechanism {
+) -> Result<Check> {
+    let pieces = outcome.solids.pieces.iter();
+    let pieces: Vec<_> = pieces.map(|p| (p.name.clone(), p.mesh.clone())).collect();
+    let input = CheckInput {
+        design: &outcome.design,
         motion,
-        center_distance: settings.gear.center_distance_mm,
+        bodies: &outcome.solids.bodies,
+        pieces: &pieces,
+        printer: Printer::default(),
+        effort: Effort::default(),
     };
-    let proof = ProofSettings {
-        clearance_mm: settings.fit.clearance_mm,
-        minimum_wall_mm: settings.gear.minimum_wall_mm,
-        ..ProofSettings::default()
-    };
-    verify::prove(
-        &outcome.solids.bodies,
-        &mechanism,
-        (&proof, &outcome.design.closure),
-        &mut |_, done| tell(done),
-    )
+    verify::check(&input, &mut |_, done| tell(done))
 }
 
 /// Everything that keeps the design from working, one sentence each.
 fn problems(outcome: &Outcome) -> Vec<String> {
-    let mut problems = Vec::new();
-    let gear = &outcome.design.settings.gear;
-    let closure = &outcome.design.closure;
-    if let Some(worst) = closure.iter().min_by(|a, b| a.q.total_cmp(&b.q))
-        && !(worst.q > gear.closure_threshold)
-    {
-        let open = closure
-            .iter()
-            .filter(|s| !(s.q > gear.closure_threshold))
-            .count();
-        problems.push(format!(
-            "no form closure in {open} of {} samples, worst Q = {:.3} at φ = {:.1}°",
-            closure.len(),
-            worst.q,
-            worst.phi.to_degrees()
-        ));
+    match &outcome.check {
+        Some(check) => check.problems(),
+        None => vec!["stopped before the proof on the meshes: not known to work".into()],
     }
-    if !(outcome.residual <= RESIDUAL_LIMIT) {
-        problems.push(format!(
-            "conjugation residual of {:.1e} mm/rad, at most {RESIDUAL_LIMIT:.0e} wanted",
-            outcome.residual
-        ));
-    }
-    match &outcome.proof {
-        Some(proof) => problems.extend(proof.problems()),
-        None => problems.push("stopped before the proof on the meshes: not known to work".into()),
-    }
-    problems
 }

@@ -78,6 +78,16 @@ impl Watch {
         }
     }
 
+    /// Shows a step of a job that has no time limit; stops on Ctrl-C.
+    pub fn step(&self, what: &str, done: f64) -> ControlFlow<()> {
+        self.bar.set_message(what.to_owned());
+        self.bar.set_position((done * 1000.0) as u64);
+        match self.interrupted() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();

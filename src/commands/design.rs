@@ -95,15 +95,12 @@ fn deliver(
     let design = &outcome.design;
     let mut summary = Summary::of(design);
     summary.conjugation_residual_max = Some(outcome.residual);
-    if let Some(proof) = &outcome.proof {
+    if let Some(proof) = outcome.check.as_ref().and_then(|c| c.proof.as_ref()) {
         let overlap = proof.overlap_max_mm3();
         summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
         summary.escapes = Some(proof.escapes.len());
-        summary.wall_min_mm = Some(
-            proof
-                .wall_min_mm()
-                .unwrap_or(1.25 * design.settings.gear.minimum_wall_mm),
-        );
+        let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
+        summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
     }
     summary.wall_seconds = watch.seconds();
     let source = Source {
@@ -112,14 +109,10 @@ fn deliver(
         solids: Some(&outcome.solids),
     };
     let mut files = export::files(&source, &summary)?;
+    let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
+    let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
     let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-    files.push(super::render::report_file(
-        design,
-        motion,
-        &outcome.solids,
-        outcome.proof.as_ref(),
-        &text,
-    )?);
+    files.push(super::report::page(&source, claims, (&paths, &text))?);
     let works = design.problems.is_empty();
     let written = write(&args.out, &files, works)?;
     show(cli, &summary, &written)?;

@@ -1,8 +1,10 @@
 //! What each command does, from arguments to exit code.
 
+mod check;
 mod design;
 mod inspect;
 mod render;
+mod report;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -38,8 +40,13 @@ pub fn run(cli: &Cli) -> Result<u8> {
             )
         }
         Command::Export(args) => render::export(cli, args),
-        Command::Report { folder, png } => render::report(cli, folder, png.as_deref()),
-        Command::Load { design, payload } => inspect::load(cli, design, *payload),
+        Command::Report { folder, png } => report::run(cli, folder, png.as_deref()),
+        Command::Check(args) => check::run(cli, args),
+        Command::Load {
+            design,
+            payload,
+            csv,
+        } => inspect::load(cli, design, (*payload, *csv)),
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
     }
