@@ -43,7 +43,14 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             let done = (i as f64 + done) / found.choices.len() as f64;
             observer(&Progress { stage, done, candidates: 0, best_q: Some(*q) })
         };
-        // After an interrupt there is still the best choice to be built, but not proven.
+        // Once the search was told to stop, there is only the best choice to be finished.
+        if let Some(best) = &mut best
+            && (found.stop == StopReason::Stopped || tell(search::FALLBACK, 0.0).is_break())
+        {
+            best.stop = StopReason::Stopped;
+            break;
+        }
+        // After an interrupt the best choice is still built, but not proven.
         let stopped = tell("solids", 0.0).is_break();
         let mut design = synthesis::design(file, motion, bands)?;
         let solids = match Solids::build(&design, motion) {

@@ -38,6 +38,9 @@ pub struct Summary {
     pub escapes: Option<usize>,
     /// Thinnest wall, mm.
     pub wall_min_mm: Option<f64>,
+    /// Whether Ctrl-C or the time limit ended the work early: the best so far, not the best possible.
+    #[serde(default)]
+    pub stopped: bool,
     /// Time that the design took, s.
     pub wall_seconds: f64,
     /// Seed of the search.
@@ -77,6 +80,7 @@ impl Summary {
             overlap_max_mm3: None,
             escapes: None,
             wall_min_mm: None,
+            stopped: false,
             wall_seconds: 0.0,
             seed: design.settings.search.seed,
             version: env!("CARGO_PKG_VERSION").into(),
