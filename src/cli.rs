@@ -6,7 +6,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Designs multi-point conjugation gears: one motor, one gear pair, any periodic 3D motion.
 #[derive(Debug, Parser)]
-#[command(version, about, after_help = "Exit codes: 0 all well, 1 a check failed, 2 bad input, 3 infeasible motion (draft written), 130 interrupted.")]
+#[command(
+    version,
+    about,
+    after_help = "Exit codes: 0 all well, 1 a check failed, 2 bad input, 3 infeasible motion (draft written), 130 interrupted."
+)]
 pub struct Cli {
     /// Say nothing but errors.
     #[arg(short, long, global = true)]

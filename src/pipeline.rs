@@ -41,7 +41,12 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
     for (i, (bands, q)) in found.choices.iter().enumerate() {
         let mut tell = |stage: &'static str, done: f64| {
             let done = (i as f64 + done) / found.choices.len() as f64;
-            observer(&Progress { stage, done, candidates: 0, best_q: Some(*q) })
+            observer(&Progress {
+                stage,
+                done,
+                candidates: 0,
+                best_q: Some(*q),
+            })
         };
         // Once the search was told to stop, there is only the best choice to be finished.
         if let Some(best) = &mut best
@@ -66,10 +71,16 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             design,
             solids,
             proof: None,
-            stop: if stopped { StopReason::Stopped } else { found.stop },
+            stop: if stopped {
+                StopReason::Stopped
+            } else {
+                found.stop
+            },
         };
         if !stopped {
-            match prove(&outcome, motion, &mut |done| tell("proof on the meshes", 0.1 + 0.9 * done)) {
+            match prove(&outcome, motion, &mut |done| {
+                tell("proof on the meshes", 0.1 + 0.9 * done)
+            }) {
                 Ok(proof) => outcome.proof = Some(proof),
                 Err(Error::Interrupted) => outcome.stop = StopReason::Stopped,
                 Err(error) => return Err(error),
@@ -90,17 +101,27 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
     best.ok_or_else(|| failure.unwrap_or(Error::Interrupted))
 }
 
-fn prove(outcome: &Outcome, motion: &Motion, tell: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<Proof> {
+fn prove(
+    outcome: &Outcome,
+    motion: &Motion,
+    tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Proof> {
     let settings = &outcome.design.settings;
-    let mechanism = Mechanism { motion, center_distance: settings.gear.center_distance_mm };
+    let mechanism = Mechanism {
+        motion,
+        center_distance: settings.gear.center_distance_mm,
+    };
     let proof = ProofSettings {
         clearance_mm: settings.fit.clearance_mm,
         minimum_wall_mm: settings.gear.minimum_wall_mm,
         ..ProofSettings::default()
     };
-    verify::prove(&outcome.solids.bodies, &mechanism, (&proof, &outcome.design.closure), &mut |_, done| {
-        tell(done)
-    })
+    verify::prove(
+        &outcome.solids.bodies,
+        &mechanism,
+        (&proof, &outcome.design.closure),
+        &mut |_, done| tell(done),
+    )
 }
 
 /// Everything that keeps the design from working, one sentence each.
@@ -111,7 +132,10 @@ fn problems(outcome: &Outcome) -> Vec<String> {
     if let Some(worst) = closure.iter().min_by(|a, b| a.q.total_cmp(&b.q))
         && !(worst.q > gear.closure_threshold)
     {
-        let open = closure.iter().filter(|s| !(s.q > gear.closure_threshold)).count();
+        let open = closure
+            .iter()
+            .filter(|s| !(s.q > gear.closure_threshold))
+            .count();
         problems.push(format!(
             "no form closure in {open} of {} samples, worst Q = {:.3} at φ = {:.1}°",
             closure.len(),

@@ -63,7 +63,9 @@ impl Watch {
 
     /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, and the search (not what follows) at the time limit.
     pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
-        let best = progress.best_q.map_or(String::new(), |q| format!(", best min Q {q:.3}"));
+        let best = progress
+            .best_q
+            .map_or(String::new(), |q| format!(", best min Q {q:.3}"));
         let count = match progress.candidates {
             0 => String::new(),
             n => format!(", {n} usable bands"),
@@ -76,7 +78,9 @@ impl Watch {
         }
         self.bar.set_message(message);
         self.bar.set_position((progress.done * 1000.0) as u64);
-        let late = self.limit.is_some_and(|limit| self.started.elapsed() > limit);
+        let late = self
+            .limit
+            .is_some_and(|limit| self.started.elapsed() > limit);
         if self.interrupted() || (late && progress.is_search()) {
             ControlFlow::Break(())
         } else {
@@ -93,7 +97,8 @@ impl Watch {
 /// Prints an error on standard error, as JSON if asked.
 pub fn complain(error: &Error, json: bool) {
     if json {
-        let value = serde_json::json!({ "error": error.to_string(), "exit_code": error.exit_code() });
+        let value =
+            serde_json::json!({ "error": error.to_string(), "exit_code": error.exit_code() });
         eprintln!("{value}");
     } else {
         eprintln!("error: {error}");

@@ -57,11 +57,20 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
     if problems.is_empty() {
         Ok(())
     } else {
-        Err(Error::Input { file: "command line".into(), problems })
+        Err(Error::Input {
+            file: "command line".into(),
+            problems,
+        })
     }
 }
 
-fn deliver(cli: &Cli, args: &DesignArgs, motion: &Motion, outcome: &Outcome, watch: &Watch) -> Result<u8> {
+fn deliver(
+    cli: &Cli,
+    args: &DesignArgs,
+    motion: &Motion,
+    outcome: &Outcome,
+    watch: &Watch,
+) -> Result<u8> {
     let design = &outcome.design;
     let mut summary = Summary::of(design);
     summary.conjugation_residual_max = Some(outcome.residual);
@@ -69,14 +78,28 @@ fn deliver(cli: &Cli, args: &DesignArgs, motion: &Motion, outcome: &Outcome, wat
         let overlap = proof.overlap_max_mm3();
         summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
         summary.escapes = Some(proof.escapes.len());
-        summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(1.25 * design.settings.gear.minimum_wall_mm));
+        summary.wall_min_mm = Some(
+            proof
+                .wall_min_mm()
+                .unwrap_or(1.25 * design.settings.gear.minimum_wall_mm),
+        );
     }
     summary.stopped = outcome.stop == StopReason::Stopped;
     summary.wall_seconds = watch.seconds();
-    let source = Source { design, motion, solids: Some(&outcome.solids) };
+    let source = Source {
+        design,
+        motion,
+        solids: Some(&outcome.solids),
+    };
     let mut files = export::files(&source, &summary)?;
     let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-    files.push(super::render::report_file(design, motion, &outcome.solids, outcome.proof.as_ref(), &text)?);
+    files.push(super::render::report_file(
+        design,
+        motion,
+        &outcome.solids,
+        outcome.proof.as_ref(),
+        &text,
+    )?);
     let works = design.problems.is_empty();
     let target = target(&args.out, works)?;
     folder::publish(&target, &files)?;
@@ -96,13 +119,25 @@ fn give_up(
     error: Error,
     watch: &Watch,
 ) -> Result<u8> {
-    if let Error::Infeasible { reason, place, hint } = &error {
+    if let Error::Infeasible {
+        reason,
+        place,
+        hint,
+    } = &error
+    {
         let mut draft = draft(file);
         draft.problems = vec![format!("{reason} ({place}); {hint}")];
         let mut summary = Summary::of(&draft);
         summary.wall_seconds = watch.seconds();
         let files = match motion {
-            Some(motion) => export::files(&Source { design: &draft, motion, solids: None }, &summary)?,
+            Some(motion) => export::files(
+                &Source {
+                    design: &draft,
+                    motion,
+                    solids: None,
+                },
+                &summary,
+            )?,
             None => vec![
                 export::File::new("design.json", tables::design_json(&draft)?),
                 export::File::new("summary.json", tables::summary_json(&summary)?),
@@ -144,7 +179,11 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
         return print_out(&json(summary)?);
     }
     let figure = |value: Option<f64>| value.map_or("–".into(), |v| format!("{v:.3}"));
-    let state = if summary.feasible { "works" } else { "draft, does not work" };
+    let state = if summary.feasible {
+        "works"
+    } else {
+        "draft, does not work"
+    };
     let mut text = format!(
         "{} ({}): {state}. K = {}, min Q {}, η {}, overlap {} mm³, escapes {}, thinnest wall {} mm, {:.1} s\n",
         summary.name,

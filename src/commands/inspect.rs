@@ -55,6 +55,10 @@ pub fn stats(_cli: &Cli, designs: &[PathBuf], format: TableFormat) -> Result<u8>
         TableFormat::Csv => stats::Format::Csv,
         TableFormat::Markdown => stats::Format::Markdown,
     };
-    print_out(stats::table(&stats::collect(designs)?).render(format)?.trim_end())?;
+    print_out(
+        stats::table(&stats::collect(designs)?)
+            .render(format)?
+            .trim_end(),
+    )?;
     Ok(0)
 }

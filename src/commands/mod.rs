@@ -22,7 +22,13 @@ pub fn run(cli: &Cli) -> Result<u8> {
         Command::Design(args) => design::run(cli, args),
         Command::New { class, file } => {
             create(file, &mpcgear::motion::starter(*class))?;
-            say(cli, &format!("{} written; next: mpcgear design {0} -o out", file.display()))
+            say(
+                cli,
+                &format!(
+                    "{} written; next: mpcgear design {0} -o out",
+                    file.display()
+                ),
+            )
         }
         Command::Export(args) => render::export(cli, args),
         Command::Report { folder, png } => render::report(cli, folder, png.as_deref()),
@@ -36,15 +42,24 @@ pub fn run(cli: &Cli) -> Result<u8> {
 fn create(path: &Path, text: &str) -> Result<()> {
     use std::io::{Error as IoError, ErrorKind};
     let mut open = std::fs::OpenOptions::new();
-    let mut file = open.write(true).create_new(true).open(path).map_err(|error| {
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let what = match error.kind() {
-            ErrorKind::AlreadyExists => "exists already and is left as it is; choose another name".into(),
-            ErrorKind::NotFound => format!("there is no folder {}", parent.display()),
-            _ => error.to_string(),
-        };
-        Error::io(path)(IoError::new(error.kind(), what))
-    })?;
+    let mut file = open
+        .write(true)
+        .create_new(true)
+        .open(path)
+        .map_err(|error| {
+            let parent = path
+                .parent()
+                .filter(|p| !p.as_os_str().is_empty())
+                .unwrap_or(Path::new("."));
+            let what = match error.kind() {
+                ErrorKind::AlreadyExists => {
+                    "exists already and is left as it is; choose another name".into()
+                }
+                ErrorKind::NotFound => format!("there is no folder {}", parent.display()),
+                _ => error.to_string(),
+            };
+            Error::io(path)(IoError::new(error.kind(), what))
+        })?;
     file.write_all(text.as_bytes()).map_err(|error| {
         // Whole or not at all; the first error is the one to report.
         let _ = std::fs::remove_file(path);
@@ -63,7 +78,9 @@ fn say(cli: &Cli, text: &str) -> Result<u8> {
 /// Writes a line to standard output; a closed pipe is no error.
 fn print_out(text: &str) -> Result<()> {
     match writeln!(std::io::stdout(), "{text}") {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("standard output")(error)),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io("standard output")(error))
+        }
         _ => Ok(()),
     }
 }
@@ -75,7 +92,11 @@ fn json(value: &impl serde::Serialize) -> Result<String> {
 
 /// Reads a design from its file or from the folder it is in, with its motion.
 fn read_design(path: &Path) -> Result<(Design, Motion, PathBuf)> {
-    let file = if path.is_dir() { path.join("design.json") } else { path.to_path_buf() };
+    let file = if path.is_dir() {
+        path.join("design.json")
+    } else {
+        path.to_path_buf()
+    };
     let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
     let broken = |what: String| Error::Input {
         file: file.clone(),

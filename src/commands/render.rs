@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use mpcgear::design::Design;
-use mpcgear::export::report::ReportInput;
 use mpcgear::export::format::{self, Format};
+use mpcgear::export::report::ReportInput;
 use mpcgear::export::{File, Source, evidence, report};
 use mpcgear::motion::Motion;
 use mpcgear::solid::assembly::Solids;
@@ -27,7 +27,9 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
         for format in Format::ALL {
             print_out(&format!("{:10} {}", format.name(), format.description()))?;
         }
-        print_out(&format!("{REPORT:10} report.html, one page without network"))?;
+        print_out(&format!(
+            "{REPORT:10} report.html, one page without network"
+        ))?;
         return Ok(0);
     }
     let (Some(path), Some(out)) = (&args.design, &args.out) else {
@@ -38,7 +40,11 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     let formats = Format::parse(&names)?;
     let (design, motion, _) = read_design(path)?;
     let solids = Solids::build(&design, &motion)?;
-    let source = Source { design: &design, motion: &motion, solids: Some(&solids) };
+    let source = Source {
+        design: &design,
+        motion: &motion,
+        solids: Some(&solids),
+    };
     let mut files = Vec::new();
     for format in formats {
         files.extend(format::render(&source, format, args.part.as_deref())?);
@@ -49,9 +55,15 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     if out.as_os_str() == "-" {
         let [file] = files.as_slice() else {
             let names: Vec<String> = files.iter().map(|f| f.path.display().to_string()).collect();
-            return Err(wrong("-o -", &format!("{} files", names.len()), &["one format and one --part"]));
+            return Err(wrong(
+                "-o -",
+                &format!("{} files", names.len()),
+                &["one format and one --part"],
+            ));
         };
-        std::io::stdout().write_all(&file.bytes).map_err(Error::io("standard output"))?;
+        std::io::stdout()
+            .write_all(&file.bytes)
+            .map_err(Error::io("standard output"))?;
         return Ok(0);
     }
     for file in &files {
@@ -109,7 +121,10 @@ pub fn report_file(
     motion_file: &str,
 ) -> Result<File> {
     with_report(design, motion, (solids, proof, motion_file), |input| {
-        Ok(File::new(PathBuf::from("report.html"), report::html(input)?))
+        Ok(File::new(
+            PathBuf::from("report.html"),
+            report::html(input)?,
+        ))
     })
 }
 
@@ -119,7 +134,11 @@ fn with_report<T>(
     (solids, proof, motion_file): (&Solids, Option<&Proof>, &str),
     make: impl FnOnce(&ReportInput) -> Result<T>,
 ) -> Result<T> {
-    let source = Source { design, motion, solids: Some(solids) };
+    let source = Source {
+        design,
+        motion,
+        solids: Some(solids),
+    };
     let residual = mpcgear::synthesis::conjugation_residual(design, motion);
     let claims = evidence::claims(&source, proof, residual);
     let evidence = evidence::Evidence::gather(&source, claims, &[])?;

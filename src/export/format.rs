@@ -54,7 +54,9 @@ impl Format {
             Format::FreeCad => "macro that builds a parametric document (.FCMacro)",
             Format::Stl => "bodies in place and pieces to print, binary, mm (.stl)",
             Format::ThreeMf => "all bodies in one file, named and coloured, mm (.3mf)",
-            Format::Step => "one named solid per body, mm, and the document, through an installed FreeCAD (.step, .FCStd)",
+            Format::Step => {
+                "one named solid per body, mm, and the document, through an installed FreeCAD (.step, .FCStd)"
+            }
             Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
         }
     }

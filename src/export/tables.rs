@@ -38,9 +38,6 @@ pub struct Summary {
     pub escapes: Option<usize>,
     /// Thinnest wall, mm.
     pub wall_min_mm: Option<f64>,
-    /// Whether Ctrl-C or the time limit ended the work early: the best so far, not the best possible.
-    #[serde(default)]
-    pub stopped: bool,
     /// Time that the design took, s.
     pub wall_seconds: f64,
     /// Seed of the search.
@@ -49,6 +46,9 @@ pub struct Summary {
     pub version: String,
     /// Why it is not a working gear; empty when it is.
     pub problems: Vec<String>,
+    /// Whether Ctrl-C or the time limit ended the work early: the best so far, not all that was planned.
+    #[serde(default)]
+    pub stopped: bool,
 }
 
 impl Summary {
@@ -80,11 +80,11 @@ impl Summary {
             overlap_max_mm3: None,
             escapes: None,
             wall_min_mm: None,
-            stopped: false,
             wall_seconds: 0.0,
             seed: design.settings.search.seed,
             version: env!("CARGO_PKG_VERSION").into(),
             problems: design.problems.clone(),
+            stopped: false,
         }
     }
 }

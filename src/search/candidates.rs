@@ -7,7 +7,6 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::clearance::{Scene, Swept};
-use super::polish::mutate;
 use crate::closure::{Wrench, wrench};
 use crate::contact::Grid;
 use crate::design::Gear;
@@ -148,9 +147,12 @@ impl Workshop {
     pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
         let s = self.scale;
         let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
-        let travel = rng.random_range(3.0..12.0) * s * sign(rng);
+        let pitch = std::f64::consts::PI * 25.0 / self.grid.teeth.len() as f64;
+        let travel = rng.random_range(0.6..1.5) * pitch * s * sign(rng);
         let z = if self.class.is_spherical() {
-            (rng.random_range(5.0..22.0) * s + 0.5 * travel.abs()) * sign(rng)
+            // Room for as many bands above each other as one side of the ball has to take.
+            let above = (self.class.dof() + 2) / 2;
+            (rng.random_range(5.0..8.0 + 9.0 * above as f64) * s + 0.5 * travel.abs()) * sign(rng)
         } else {
             rng.random_range(-16.0..16.0) * s
         };
@@ -167,80 +169,15 @@ impl Workshop {
         BandLaw::uniform(sketch, self.grid.teeth.len())
     }
 
-    /// The other flank: a band of the opposite turning side that shares the teeth's axial range, as the
-    /// two flanks of a helical tooth do. Half a turn about the x axis with time reversed maps a uniform
-    /// motion on itself and a helical fin on one of the same hand; an axial shift sets the two fins side
-    /// by side; wobble needs the random change on top.
-    fn opposite(&self, rng: &mut impl Rng, law: &BandLaw) -> BandLaw {
-        let mut law = law.clone();
-        let tooth = &mut law.sketch;
-        tooth.side = -tooth.side;
-        tooth.beta_change = -tooth.beta_change;
-        tooth.alpha_change = -tooth.alpha_change;
-        let shift = rng.random_range(1.0..6.0) * self.scale;
-        tooth.z += if rng.random::<bool>() { shift } else { -shift };
-        for s in &mut law.shifts {
-            s[1] = -s[1];
-        }
-        mutate(rng, law, 1.0, self.scale)
-    }
-
-    /// Looks for the opposite flank of each of `bands`: usable and compatible pairs.
-    pub fn pair(&self, seed: u64, bands: &[Candidate], tries: usize) -> Vec<[Candidate; 2]> {
-        bands
-            .par_iter()
-            .enumerate()
-            .filter_map(|(i, a)| {
-                let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                rng.set_stream((4 << 40) + i as u64);
-                (0..tries).find_map(|_| {
-                    let law = self.opposite(&mut rng, &a.law);
-                    let band = Band::mend(&self.grid, law, &self.margins).ok()?;
-                    let b = self.finish(&self.check_spacing(band).ok()?).ok()?;
-                    self.scene
-                        .compatible(&a.swept, &b.swept)
-                        .then(|| [a.clone(), b])
-                })
-            })
-            .collect()
-    }
-
     /// Axial room that a band takes: up to its far end where the joint is a ball, which the bands lie
     /// above or below; its own height on a pin.
     pub fn height(&self, candidate: &Candidate) -> f64 {
         let (low, high) = candidate.swept.extent();
-        if self.class.is_spherical() { low.abs().max(high.abs()) } else { high - low }
-    }
-
-    /// Breeds `count` children of `parents`: compact parents more often than others. Returns the
-    /// usable children, in order.
-    pub fn breed(
-        &self,
-        seed: u64,
-        generation: u64,
-        parents: &[Candidate],
-        count: usize,
-    ) -> Vec<Candidate> {
-        let height = |c: &Candidate| {
-            let (low, high) = c.swept.extent();
-            if self.class.is_spherical() {
-                low.abs().max(high.abs())
-            } else {
-                high - low
-            }
-        };
-        (0..count)
-            .into_par_iter()
-            .filter_map(|i| {
-                let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                rng.set_stream((3 << 40) + (generation << 24) + i as u64);
-                let [a, b] = [0; 2].map(|_| &parents[rng.random_range(0..parents.len())]);
-                let parent = if height(a) < height(b) { a } else { b };
-                let law = mutate(&mut rng, parent.law.clone(), 2.0, self.scale);
-                let band = Band::mend(&self.grid, law, &self.margins).ok()?;
-                self.finish(&self.check_spacing(band).ok()?).ok()
-            })
-            .collect()
+        if self.class.is_spherical() {
+            low.abs().max(high.abs())
+        } else {
+            high - low
+        }
     }
 
     /// Draws candidates number `first..first + count` of the stream of `seed`: the usable ones, in

@@ -102,6 +102,11 @@ impl Scene {
         }
     }
 
+    /// Room for hubs and joint.
+    pub fn envelope(&self) -> &Envelope {
+        &self.envelope
+    }
+
     fn axis(&self, gear: Gear) -> Vector3<f64> {
         match gear {
             Gear::Driver => Vector3::new(-self.center_distance, 0.0, 0.0),
@@ -166,7 +171,25 @@ impl Scene {
         if !sweep.clears(&field, self.gap, true) || !self.mates_clear(band, grid) {
             return Err(Flaw::Teeth);
         }
-        Ok(Swept { field, sweep })
+        let fins = [Gear::Driver, Gear::Follower].map(|gear| self.fins(band, grid, gear));
+        Ok(Swept { field, sweep, fins })
+    }
+
+    fn fins(&self, band: &Band, grid: &Grid, gear: Gear) -> Fins {
+        let axis = self.axis(gear);
+        let middle = 0.5 * self.bead_depths.iter().sum::<f64>() / self.bead_depths.len() as f64
+            + 0.5 * self.bead_depths[0];
+        let teeth = (0..band.teeth.len()).map(|j| {
+            let bead = band.bead_axis(grid, j, gear, middle, self.stride);
+            bead.iter()
+                .map(|p| (p - axis, FIN_RADIUS * self.center_distance))
+                .map(|(p, r)| [r * p.y.atan2(p.x), p.z])
+                .collect()
+        });
+        Fins {
+            teeth: teeth.collect(),
+            turn: std::f64::consts::TAU * FIN_RADIUS * self.center_distance,
+        }
     }
 
     /// Whether tooth `j` can be near the mesh at driver angle `phi`: within [`MESH_WINDOW`] of its
@@ -277,9 +300,17 @@ impl Scene {
         })
     }
 
-    /// Whether driver teeth of either band stay clear of follower teeth of the other.
+    /// Whether driver teeth of either band stay clear of follower teeth of the other, and the fins of
+    /// both stand apart on their gears.
     pub fn compatible(&self, a: &Swept, b: &Swept) -> bool {
-        a.sweep.clears(&b.field, self.gap, false) && b.sweep.clears(&a.field, self.gap, false)
+        let limit = self
+            .bead_depths
+            .last()
+            .map_or(0.0, |d| d + self.bead_radius)
+            + self.gap;
+        (0..2).all(|g| a.fins[g].apart(&b.fins[g], limit))
+            && a.sweep.clears(&b.field, self.gap, false)
+            && b.sweep.clears(&a.field, self.gap, false)
     }
 }
 
@@ -380,6 +411,46 @@ fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
 pub struct Swept {
     field: Field,
     sweep: Sweep,
+    /// Of driver and follower.
+    fins: [Fins; 2],
+}
+
+/// The fins of one gear unrolled on a cylinder between hub and tip: lines of (arc, z), mm.
+#[derive(Debug, Clone)]
+struct Fins {
+    teeth: Vec<Vec<[f64; 2]>>,
+    /// Arc of a full turn.
+    turn: f64,
+}
+
+/// Radius on which fins are unrolled, as a share of the centre distance: half way up a fin.
+const FIN_RADIUS: f64 = 0.36;
+
+impl Fins {
+    /// Whether all fins of one band stay `limit` away from all of the other: fins that cross or graze
+    /// leave slivers of material between them.
+    fn apart(&self, other: &Fins, limit: f64) -> bool {
+        let range = |tooth: &[[f64; 2]]| {
+            tooth.iter().fold((f64::MAX, f64::MIN), |(low, high), p| {
+                (low.min(p[1]), high.max(p[1]))
+            })
+        };
+        let others: Vec<_> = other.teeth.iter().map(|t| (t, range(t))).collect();
+        self.teeth.iter().all(|a| {
+            let (low, high) = range(a);
+            others
+                .iter()
+                .filter(|(_, r)| r.0 < high + limit && r.1 > low - limit)
+                .all(|(b, _)| {
+                    a.iter().all(|p| {
+                        b.iter().all(|q| {
+                            let arc = (p[0] - q[0]).abs() % self.turn;
+                            arc.min(self.turn - arc).hypot(p[1] - q[1]) >= limit
+                        })
+                    })
+                })
+        })
+    }
 }
 
 impl Swept {

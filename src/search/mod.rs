@@ -76,26 +76,23 @@ struct Plan {
     draws: usize,
     /// Starts of the local search over choices.
     starts: usize,
-    /// Times the pool is bred on around the best choices.
-    rounds: u64,
     /// Generations of the polish of each finalist.
     generations: usize,
 }
 
 impl Plan {
     fn new(dof: usize, effort: f64) -> Plan {
-        let (usable, draws, starts, rounds, generations) = match dof {
-            1 => (300, 4_000, 48, 0, 120),
-            2 => (450, 8_000, 64, 0, 160),
-            3 => (900, 16_000, 64, 0, 200),
-            _ => (1200, 20_000, 96, 3, 300),
+        let (usable, draws, starts, generations) = match dof {
+            1 => (300, 4_000, 48, 120),
+            2 => (450, 8_000, 64, 200),
+            3 => (900, 16_000, 64, 300),
+            _ => (1200, 20_000, 96, 400),
         };
         let scaled = |n: usize| ((n as f64 * effort).round() as usize).max(1);
         Plan {
             usable: scaled(usable),
             draws: scaled(draws),
             starts: scaled(starts),
-            rounds,
             generations: scaled(generations),
         }
     }
@@ -103,7 +100,8 @@ impl Plan {
 
 /// Candidates drawn between two looks at the observer.
 const BATCH: usize = 256;
-/// Choices that are polished and offered to the proof.
+/// Choices that are polished, and the best of them that are offered to the proof.
+const POLISHED: usize = 8;
 const FINALISTS: usize = 4;
 
 /// Searches for K compatible bands that close the follower at every φ.
@@ -128,9 +126,14 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         for (flaw, count) in failed {
             *flaws.entry(flaw).or_insert(0) += count;
         }
-        let done = (candidates.len() as f64 / plan.usable as f64).max(drawn as f64 / plan.draws as f64);
-        let progress =
-            Progress { stage: CANDIDATES, done, candidates: candidates.len(), best_q: None };
+        let done =
+            (candidates.len() as f64 / plan.usable as f64).max(drawn as f64 / plan.draws as f64);
+        let progress = Progress {
+            stage: CANDIDATES,
+            done,
+            candidates: candidates.len(),
+            best_q: None,
+        };
         if observer(&progress).is_break() {
             stop = StopReason::Stopped;
             break;
@@ -138,7 +141,11 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     }
     candidates.truncate(plan.usable);
     if candidates.is_empty() {
-        return Err(if stop == StopReason::Stopped { Error::Interrupted } else { no_band(&flaws, drawn) });
+        return Err(if stop == StopReason::Stopped {
+            Error::Interrupted
+        } else {
+            no_band(&flaws, drawn)
+        });
     }
 
     let counts = match settings.gear.sub_gear_pairs {
@@ -147,35 +154,38 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     };
     let mut best: Vec<Team> = Vec::new();
     for k in counts {
-        let progress =
-            Progress { stage: COMBINING, done: 0.0, candidates: candidates.len(), best_q: None };
+        let progress = Progress {
+            stage: COMBINING,
+            done: 0.0,
+            candidates: candidates.len(),
+            best_q: None,
+        };
         if observer(&progress).is_break() {
             stop = StopReason::Stopped;
         }
-        let starts = if stop == StopReason::Stopped { 8 } else { plan.starts };
-        let mut choices = Pool::new(&workshop, &candidates).best(seed, k, starts);
-        for round in 0..plan.rounds {
-            if stop == StopReason::Stopped {
-                break;
-            }
-            candidates = enriched(&workshop, &candidates, &choices, (seed, round));
-            choices = Pool::new(&workshop, &candidates).best(seed, k, starts);
-            let progress = Progress {
-                stage: COMBINING,
-                done: (round + 1) as f64 / plan.rounds as f64,
-                candidates: candidates.len(),
-                best_q: choices.first().map(|c| c.q),
-            };
-            if observer(&progress).is_break() {
-                stop = StopReason::Stopped;
-            }
-        }
+        let starts = if stop == StopReason::Stopped {
+            8
+        } else {
+            plan.starts
+        };
+        let choices = Pool::new(&workshop, &candidates).best(seed, k, starts);
         let usable = candidates.len();
         let mut report = |done: f64, q: Option<f64>, stage: &'static str| {
-            observer(&Progress { stage, done, candidates: usable, best_q: q }).is_break()
+            observer(&Progress {
+                stage,
+                done,
+                candidates: usable,
+                best_q: q,
+            })
+            .is_break()
         };
         let mut teams: Vec<Team> = distinct(&choices)
-            .map(|c| Team::new(&workshop, c.bands.iter().map(|&i| candidates[i].clone()).collect()))
+            .map(|c| {
+                Team::new(
+                    &workshop,
+                    c.bands.iter().map(|&i| candidates[i].clone()).collect(),
+                )
+            })
             .collect();
         let generations = plan.generations;
         let work = (teams.len() * generations) as f64;
@@ -186,14 +196,20 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
                 }
                 teams[i].improve(&workshop, seed.wrapping_add(i as u64));
                 let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
-                if report((i * generations + generation) as f64 / work, Some(q), POLISH) {
+                if report(
+                    (i * generations + generation) as f64 / work,
+                    Some(q),
+                    POLISH,
+                ) {
                     stop = StopReason::Stopped;
                 }
             }
         }
         best.extend(teams);
         best.sort_by(|a, b| b.q.total_cmp(&a.q));
-        let closed = best.first().is_some_and(|t| t.q > settings.gear.closure_threshold);
+        let closed = best
+            .first()
+            .is_some_and(|t| t.q > settings.gear.closure_threshold);
         if closed || stop == StopReason::Stopped {
             break;
         }
@@ -207,6 +223,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     }
     let choices = best
         .into_iter()
+        .take(FINALISTS)
         .map(|team| (team.bands.into_iter().map(|b| b.law).collect(), team.q))
         .collect();
     Ok(Found { choices, stop })
@@ -215,48 +232,22 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
 /// K above N tried before a motion is called infeasible.
 const MORE: usize = 3;
 
-/// A pool around good choices: their bands, children of these, and the first of the old ones. Without
-/// any choice, around the bands that need the least room.
-fn enriched(
-    workshop: &Workshop,
-    old: &[Candidate],
-    choices: &[select::Choice],
-    (seed, round): (u64, u64),
-) -> Vec<Candidate> {
-    let mut elite: Vec<usize> =
-        choices.iter().take(ELITE).flat_map(|c| c.bands.iter().copied()).collect();
-    elite.sort_unstable();
-    elite.dedup();
-    if elite.is_empty() {
-        elite = (0..old.len()).collect();
-        elite.sort_by(|&a, &b| workshop.height(&old[a]).total_cmp(&workshop.height(&old[b])));
-        elite.truncate(old.len() / 3);
-        elite.sort_unstable();
-    }
-    let parents: Vec<Candidate> = elite.iter().map(|&i| old[i].clone()).collect();
-    let children = workshop.breed(seed, round, &parents, CHILDREN);
-    let rest = (0..old.len()).filter(|i| elite.binary_search(i).is_err()).take(KEPT);
-    let rest: Vec<Candidate> = rest.map(|i| old[i].clone()).collect();
-    parents.into_iter().chain(children).chain(rest).collect()
-}
-
-/// Choices whose bands are bred on, children tried, and others kept for variety.
-const ELITE: usize = 24;
-const CHILDREN: usize = 1200;
-const KEPT: usize = 500;
-
 /// The best choices that differ from each other in at least half of their bands.
 fn distinct(choices: &[select::Choice]) -> impl Iterator<Item = &select::Choice> {
     let mut kept: Vec<&select::Choice> = Vec::new();
     for choice in choices {
         let new = kept.iter().all(|other| {
-            let common = choice.bands.iter().filter(|b| other.bands.contains(b)).count();
+            let common = choice
+                .bands
+                .iter()
+                .filter(|b| other.bands.contains(b))
+                .count();
             2 * common <= choice.bands.len()
         });
         if new {
             kept.push(choice);
         }
-        if kept.len() == FINALISTS {
+        if kept.len() == POLISHED {
             break;
         }
     }
@@ -289,7 +280,10 @@ fn no_band(flaws: &BTreeMap<Flaw, usize>, drawn: usize) -> Error {
 fn no_choice(candidates: &[Candidate], settings: &Settings) -> Error {
     Error::Infeasible {
         reason: "no set of bands fits side by side on the gears".into(),
-        place: format!("{} usable bands, none of which go together as wanted", candidates.len()),
+        place: format!(
+            "{} usable bands, none of which go together as wanted",
+            candidates.len()
+        ),
         hint: format!(
             "smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
             settings.gear.tooth_thickness_mm, settings.search.effort

@@ -17,6 +17,8 @@ pub struct Team {
     pub bands: Vec<Candidate>,
     /// Smallest Q over the workshop's phases.
     pub q: f64,
+    /// Room that a band may take, mm: that of the tallest at the start.
+    height: f64,
     step: f64,
     generation: u64,
 }
@@ -33,6 +35,7 @@ impl Team {
             f64::NEG_INFINITY,
         );
         Team {
+            height: bands.iter().map(|b| workshop.height(b)).fold(0.0, f64::max),
             bands,
             q,
             step: 1.0,
@@ -88,6 +91,9 @@ impl Team {
             return None;
         }
         let candidate = workshop.finish(&band).ok()?;
+        if workshop.height(&candidate) > self.height {
+            return None;
+        }
         let fits = self
             .bands
             .iter()
@@ -104,7 +110,7 @@ fn team_q<'a>(workshop: &Workshop, team: impl Iterator<Item = &'a [Wrench]>, flo
 }
 
 /// Changes about a third of the design variables by normal steps of natural size × `step`.
-pub(super) fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
+fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
     let nudge = |rng: &mut dyn Rng, x: &mut f64, size: f64, share: f64| {
         if rng.random::<f64>() < share {
             // Sum of uniforms: close to normal, bounded.

@@ -79,23 +79,27 @@ impl<'a> Pool<'a> {
         min_q(&wrenches, &self.phases, self.workshop.class.dof(), floor)
     }
 
-    /// K random compatible bands, beginning with `seeds` as far as they are compatible.
+    /// K random compatible bands, beginning with `seeds` as far as they are compatible. Each further
+    /// band is the one of a few random ones that leaves most choice to those after it.
     fn random(&self, rng: &mut impl Rng, k: usize, seeds: &[usize]) -> Option<Vec<usize>> {
-        for _ in 0..20 {
+        for _ in 0..TRIES {
             let mut bands: Vec<usize> = Vec::with_capacity(k);
+            let mut free: Vec<usize> = (0..self.candidates.len()).collect();
             for &s in seeds {
-                if bands.iter().all(|&b| self.compatible[b][s]) {
+                if bands.len() < k && free.binary_search(&s).is_ok() {
                     bands.push(s);
+                    free.retain(|&i| self.compatible[s][i]);
                 }
             }
-            while bands.len() < k {
-                let free: Vec<usize> = (0..self.candidates.len())
-                    .filter(|&i| bands.iter().all(|&b| self.compatible[b][i]))
-                    .collect();
-                if free.is_empty() {
-                    break;
+            while bands.len() < k && !free.is_empty() {
+                let left = |i: usize| free.iter().filter(|&&f| self.compatible[i][f]).count();
+                let best = (0..DRAWS)
+                    .map(|_| free[rng.random_range(0..free.len())])
+                    .max_by_key(|&i| left(i));
+                if let Some(best) = best {
+                    bands.push(best);
+                    free.retain(|&i| self.compatible[best][i]);
                 }
-                bands.push(free[rng.random_range(0..free.len())]);
             }
             if bands.len() == k {
                 return Some(bands);
@@ -183,6 +187,10 @@ impl<'a> Pool<'a> {
         choices
     }
 }
+
+/// Tries to find K compatible bands for one start, and random bands looked at for each place.
+const TRIES: usize = 20;
+const DRAWS: usize = 6;
 
 fn rank(choices: &mut Vec<Choice>) {
     choices.sort_by(|a, b| b.q.total_cmp(&a.q).then_with(|| a.bands.cmp(&b.bands)));

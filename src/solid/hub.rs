@@ -97,7 +97,10 @@ pub fn follower(plan: FollowerPlan) -> Vec<Feature> {
             Shape::upright(
                 &format!("mount_bolt_radius * {:.9}", angle.cos()),
                 &format!("mount_bolt_radius * {:.9}", angle.sin()),
-                ("mount_bottom + mount_thickness / 3", "mount_bottom + mount_thickness + 1"),
+                (
+                    "mount_bottom + mount_thickness / 3",
+                    "mount_bottom + mount_thickness + 1",
+                ),
                 "mount_hole_radius",
             ),
         )

@@ -112,8 +112,12 @@ impl Solid {
     /// [`Error::Internal`] when a boolean failed, or the solid is empty or in several pieces.
     pub fn one_body(self, name: &str) -> Result<Mesh> {
         let solid = Solid(self.sound(name)?.0.simplify(SEAM)).sound(name)?;
-        let mut pieces: Vec<Mesh> =
-            solid.0.decompose().into_iter().map(|piece| Solid(piece).mesh()).collect();
+        let mut pieces: Vec<Mesh> = solid
+            .0
+            .decompose()
+            .into_iter()
+            .map(|piece| Solid(piece).mesh())
+            .collect();
         pieces.sort_by(|a, b| b.volume().abs().total_cmp(&a.volume().abs()));
         let mut pieces = pieces.into_iter();
         let Some(mesh) = pieces.next() else {
@@ -123,7 +127,13 @@ impl Solid {
             let (lo, hi) = loose.bounds();
             return Err(Error::Internal(format!(
                 "{name}: a piece of {:.3} mm³ from ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm is loose",
-                loose.volume(), lo.x, lo.y, lo.z, hi.x, hi.y, hi.z
+                loose.volume(),
+                lo.x,
+                lo.y,
+                lo.z,
+                hi.x,
+                hi.y,
+                hi.z
             )));
         }
         if mesh.volume() <= 0.0 {

@@ -12,7 +12,7 @@ use super::overlap::Part;
 use crate::motion::{Class, Pose};
 use crate::solid::assembly::Carrier;
 
-/// A displacement that the driver does not stop.
+/// A displacement on whose way the driver never stops the follower.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Escape {
     /// Driver angle, rad.
@@ -57,6 +57,9 @@ pub fn displacement(class: Class, u: &DVector<f64>, centre: Vector3<f64>) -> Pos
     }
 }
 
+/// Longest step on the way to a displacement, mm at the centre distance from the joint.
+const WAY: f64 = 0.5;
+
 /// Driver and follower, and the displacements between them.
 pub(super) struct Held<'a> {
     pub driver: &'a Part<'a>,
@@ -76,7 +79,7 @@ impl Held<'_> {
             .flat_map_iter(|&(phi, size)| {
                 directions
                     .iter()
-                    .filter(|&u| size.is_none_or(|s| !self.hits(phi, &(u * s))))
+                    .filter(|&u| size.is_none_or(|s| !self.stopped(phi, u, s)))
                     .map(|u| Escape {
                         phi,
                         direction: u.iter().copied().collect(),
@@ -85,6 +88,21 @@ impl Held<'_> {
                     .collect::<Vec<_>>()
             })
             .collect()
+    }
+
+    /// Whether the follower hits the driver somewhere on its way to the displacement `u`·`size`. The
+    /// steps are too short for one tooth to pass through another unseen.
+    fn stopped(&self, phi: f64, u: &DVector<f64>, size: f64) -> bool {
+        let class = self.mechanism.motion.class();
+        let (linear, angular) = match class {
+            Class::R1 | Class::R3 => (0.0, u.norm()),
+            Class::R1T1 | Class::R3T1 => (u[0].abs(), u.rows(1, u.len() - 1).norm()),
+        };
+        let way = size * (linear + angular * self.mechanism.center_distance);
+        let steps = (way / WAY).ceil().clamp(1.0, 1000.0) as u32;
+        (1..=steps)
+            .rev()
+            .any(|i| self.hits(phi, &(u * (size * f64::from(i) / f64::from(steps)))))
     }
 
     /// How far the follower moves from its pose along each direction before it touches the driver,
