@@ -4,6 +4,7 @@
 pub mod candidates;
 pub mod clearance;
 mod paper;
+pub mod paper_search;
 pub mod polish;
 pub mod select;
 pub mod slsqp;
@@ -36,11 +37,13 @@ impl Progress {
     /// Whether bands are still being searched for, or chosen anew after a failed proof; what else
     /// follows (solids, proof) is of bounded length.
     pub fn is_search(&self) -> bool {
-        [CANDIDATES, COMBINING, POLISH, FALLBACK].contains(&self.stage)
+        [CANDIDATES, SOLVING, COMBINING, POLISH, FALLBACK].contains(&self.stage)
     }
 }
 
 const CANDIDATES: &str = "candidate bands";
+/// The published formulation only.
+const SOLVING: &str = "solving bands";
 const COMBINING: &str = "combining bands";
 const POLISH: &str = "polish";
 /// Going on to the next best choice after the proof refused one.
