@@ -5,10 +5,12 @@ use std::ops::ControlFlow;
 
 use crate::design::Design;
 use crate::motion::{Motion, MotionFile};
-use crate::search::{self, Progress, StopReason};
+use crate::search::{self, Progress, StopReason, paper_search};
+use crate::settings::Method;
 use crate::solid::Solids;
+use crate::synthesis::{self, Bands};
 use crate::verify::{self, Check, CheckInput, Effort, Printer};
-use crate::{Error, Result, synthesis};
+use crate::{Error, Result};
 
 /// A finished job: the design with everything that was made from it and found out about it.
 #[derive(Debug, Clone)]
@@ -32,12 +34,12 @@ pub struct Outcome {
 /// As [`search::run`]; [`Error::Infeasible`] when no choice leaves room for the joint; and
 /// [`Error::Internal`] for solids the kernel cannot build.
 pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) -> Result<Outcome> {
-    let found = search::run(motion, &file.settings, observer)?;
+    let (choices, stop) = choices(file, motion, observer)?;
     let mut best: Option<Outcome> = None;
     let mut failure = None;
-    for (i, (bands, q)) in found.choices.iter().enumerate() {
+    for (i, (bands, q)) in choices.iter().enumerate() {
         let mut tell = |stage: &'static str, done: f64| {
-            let done = (i as f64 + done) / found.choices.len() as f64;
+            let done = (i as f64 + done) / choices.len() as f64;
             observer(&Progress {
                 stage,
                 done,
@@ -45,7 +47,14 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
                 best_q: Some(*q),
             })
         };
-        // After an interrupt there is still the best choice to be built, but not proven.
+        // Once the search was told to stop, there is only the best choice to be finished.
+        if let Some(best) = &mut best
+            && (stop == StopReason::Stopped || tell(search::FALLBACK, 0.0).is_break())
+        {
+            best.stop = StopReason::Stopped;
+            break;
+        }
+        // After an interrupt the best choice is still built, but not proven.
         let stopped = tell("solids", 0.0).is_break();
         let mut design = synthesis::design(file, motion, bands)?;
         let solids = match Solids::build(&design, motion) {
@@ -61,11 +70,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             design,
             solids,
             check: None,
-            stop: if stopped {
-                StopReason::Stopped
-            } else {
-                found.stop
-            },
+            stop: if stopped { StopReason::Stopped } else { stop },
         };
         if !stopped {
             match prove(&outcome, motion, &mut |done| {
@@ -81,14 +86,45 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             .as_ref()
             .is_none_or(|b| outcome.design.problems.len() < b.design.problems.len());
         let done = outcome.design.problems.is_empty() || outcome.check.is_none();
+        let stop = outcome.stop;
         if fewer {
             best = Some(outcome);
+        }
+        if let Some(best) = &mut best {
+            best.stop = stop;
         }
         if done {
             break;
         }
     }
     best.ok_or_else(|| failure.unwrap_or(Error::Interrupted))
+}
+
+/// Choices of bands, best first, with their min Q, by the method that the settings ask for.
+fn choices(
+    file: &MotionFile,
+    motion: &Motion,
+    observer: &mut search::Observer,
+) -> Result<(Vec<(Bands, f64)>, StopReason)> {
+    let settings = &file.settings;
+    Ok(match settings.search.method {
+        Method::Exact => {
+            let found = search::run(motion, settings, observer)?;
+            let choices = found.choices.into_iter();
+            (
+                choices.map(|(b, q)| (Bands::Exact(b), q)).collect(),
+                found.stop,
+            )
+        }
+        Method::Paper => {
+            let found = paper_search::run(motion, settings, observer)?;
+            let choices = found.choices.into_iter();
+            (
+                choices.map(|(b, q)| (Bands::Paper(b), q)).collect(),
+                found.stop,
+            )
+        }
+    })
 }
 
 fn prove(

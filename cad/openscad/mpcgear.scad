@@ -55,24 +55,42 @@ function inner_stations(stations, inset) =
         ? [for (i = [inset : len(stations) - 1 - inset]) stations[i]]
         : stations;
 
-// The four corners of a rib at every station: a wall from the bead's middle, `depth` behind the
-// contact point, straight towards the gear's axis through `axis`, ending `foot` from the axis.
-// It is thickness[0] thick at the bead and thickness[1] where it ends.
-function rib_rings(stations, thickness, depth, axis, foot) =
+// Half of a rib's outline, [distance from the axis, half thickness] from the bead at `reach` down to
+// `foot`: thickness[0] thick at the bead and thickness[1] at the foot, with a fillet of this radius
+// where it meets the hub.
+function rib_profile(reach, foot, thickness, hub_radius, fillet) =
+    let (
+        room = min(fillet, 0.9 * (reach - hub_radius)),
+        round = room > 0.02 ? room : 0,
+        arc = round == 0 ? [] : [for (a = [0 : 30 : 90])
+            [hub_radius + round * (1 - sin(a)), round * (1 - cos(a))]],
+        flared = concat([[reach, 0]], arc, [[foot, round]])
+    )
+    [for (f = flared)
+        [f.x, f.y + lookup(f.x, [[foot, thickness[1]], [reach, thickness[0]]]) / 2]];
+
+// The corners of a rib at every station: a wall from the bead's middle, `depth` behind the contact
+// point, straight towards the gear's axis through `axis`, ending `foot` from the axis. Thickness and
+// fillet are those of rib_profile().
+function rib_rings(stations, thickness, depth, axis, foot, hub_radius = 0, fillet = 0) =
     let (
         outer = [for (s = stations) s[0] + depth * s[1]],
         reach = [for (o = outer) level_norm(o - axis)],
-        inner_radius = min(foot, 0.8 * min(reach))
+        nearest = min(reach),
+        inner_radius = min(foot, 0.8 * nearest),
+        room = min(fillet, 0.8 * (nearest - hub_radius))
     )
     [for (i = [0 : len(stations) - 1])
         let (
             radial = [outer[i].x - axis.x, outer[i].y - axis.y, 0] / reach[i],
-            inner = outer[i] - (reach[i] - inner_radius) * radial,
             across = cross(cross(stations[i][1], stations[i][2]), radial),
-            half = across / norm(across) / 2
+            side = across / norm(across),
+            half = rib_profile(reach[i], inner_radius, thickness, hub_radius, room),
+            last = len(half) - 1
         )
-        [outer[i] - thickness[0] * half, outer[i] + thickness[0] * half,
-         inner + thickness[1] * half, inner - thickness[1] * half]];
+        concat([for (c = half) outer[i] - (reach[i] - c.x) * radial + c.y * side],
+               [for (k = [last : -1 : 0])
+                   outer[i] - (reach[i] - half[k].x) * radial - half[k].y * side])];
 
 // Triangles of a cap over `n` corners that start at index `first`, as a zigzag of strips.
 function cap_faces(n, first) =
@@ -97,6 +115,14 @@ module shells(solids) {
         points = [for (rings = solids) for (ring = rings) each ring],
         faces = [for (i = [0 : len(solids) - 1])
             each shell_faces(len(solids[i]), len(solids[i][0]), starts[i])]);
+}
+
+// Disc around the hub at height `z`, from `inner` in the hub's wall out to `outer`: it joins the ribs.
+module web(axis, z, thickness, inner, outer) {
+    difference() {
+        post(axis, z - thickness / 2, z + thickness / 2, outer);
+        post(axis, z - thickness, z + thickness, inner);
+    }
 }
 
 // ---- Plain solids --------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 //! `export`: files from a finished design.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 
 use mpcgear::export::format::{self, Format};
@@ -7,7 +8,7 @@ use mpcgear::export::{Source, report};
 use mpcgear::solid::assembly::Solids;
 use mpcgear::{Error, Problem, Result};
 
-use super::{print_out, read_design, say};
+use super::{json, print_out, read_design, say};
 use crate::cli::{Cli, ExportArgs};
 
 /// The format that is not a rendering of the solids alone.
@@ -19,13 +20,7 @@ const REPORT: &str = "report";
 /// Unknown formats and parts, designs that cannot be read, folders that cannot be written.
 pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     if args.list {
-        for format in Format::ALL {
-            print_out(&format!("{:10} {}", format.name(), format.description()))?;
-        }
-        print_out(&format!(
-            "{REPORT:10} report.html, one page without network"
-        ))?;
-        return Ok(0);
+        return list(cli);
     }
     let (Some(path), Some(out)) = (&args.design, &args.out) else {
         return Err(Error::Internal("arguments missing".into()));
@@ -61,12 +56,32 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
             .map_err(Error::io("standard output"))?;
         return Ok(0);
     }
+    let mut written = Vec::new();
     for file in &files {
         let path = out.join(&file.path);
         let folder = path.parent().unwrap_or(out);
         std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
         report::write_whole(&path, &file.bytes)?;
         say(cli, &path.display().to_string())?;
+        written.push(path.display().to_string());
+    }
+    if cli.json {
+        print_out(&json(&BTreeMap::from([("files", written)]))?)?;
+    }
+    Ok(0)
+}
+
+/// The formats, for people or for programs.
+fn list(cli: &Cli) -> Result<u8> {
+    let formats = Format::ALL.map(|format| (format.name(), format.description()));
+    let report = (REPORT, "one page without network (report.html)");
+    let formats: BTreeMap<_, _> = formats.into_iter().chain([report]).collect();
+    if cli.json {
+        print_out(&json(&formats)?)?;
+    } else {
+        for (name, description) in formats {
+            print_out(&format!("{name:10} {description}"))?;
+        }
     }
     Ok(0)
 }

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{File, Source, freecad, openscad, stl, svg, threemf};
+use super::{File, Source, card, freecad, openscad, scad_sets, stl, svg, threemf};
+use crate::design::Design;
 use crate::{Error, Problem, Result};
 
 /// A format of `mpcgear export`.
@@ -20,17 +21,20 @@ pub enum Format {
     Step,
     /// Drawings of plates and hubs.
     Svg,
+    /// A page with picture and figures.
+    Card,
 }
 
 impl Format {
     /// All formats, in the order of the list.
-    pub const ALL: [Format; 6] = [
+    pub const ALL: [Format; 7] = [
         Format::OpenScad,
         Format::FreeCad,
         Format::Stl,
         Format::ThreeMf,
         Format::Step,
         Format::Svg,
+        Format::Card,
     ];
 
     /// Name on the command line.
@@ -42,6 +46,7 @@ impl Format {
             Format::ThreeMf => "3mf",
             Format::Step => "step",
             Format::Svg => "svg",
+            Format::Card => "card",
         }
     }
 
@@ -58,6 +63,7 @@ impl Format {
                 "one named solid per body, mm, and the document, through an installed FreeCAD (.step, .FCStd)"
             }
             Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
+            Format::Card => "picture, figures and pieces on one page (.md, .png)",
         }
     }
 
@@ -119,11 +125,12 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
     }
     let wanted = |body: &str| part.is_none_or(|part| part == body);
     match format {
-        Format::OpenScad => Ok(openscad::scripts(source, &solids.recipe)?
+        Format::OpenScad => openscad::scripts(source, &solids.recipe)?
             .into_iter()
             .filter(|s| part.is_none_or(|part| s.name == format!("{part}.scad")))
-            .map(|s| File::new(s.name, s.text))
-            .collect()),
+            .map(|s| Ok(File::new(s.name, s.text)))
+            .chain(part.is_none().then(|| scad_sets::file(&solids.recipe)))
+            .collect(),
         Format::Stl => {
             let mut files = Vec::new();
             for body in solids.bodies.iter().filter(|b| wanted(&b.name)) {
@@ -142,30 +149,32 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
         }
         Format::Svg => svg::drawings(source, solids, part),
         Format::ThreeMf => Ok(vec![File::new(
-            "assembly.3mf",
+            format!("{}.3mf", part.unwrap_or("assembly")),
             threemf::assembly(source, solids, part)?,
         )]),
-        Format::FreeCad | Format::Step if part.is_some() => Err(refused(
-            "--part",
-            format!("{} holds the whole mechanism", format.name()),
-        )),
         Format::FreeCad => {
             let date = super::date::from_environment().unwrap_or_default();
-            let design = source.with_recipe(solids);
+            let design = one_part(source.with_recipe(solids), part);
             Ok(vec![File::new(
                 format!("{}.FCMacro", freecad::stem(&design)),
                 freecad::macro_text(&design, &date)?,
             )])
         }
-        Format::Step => step(source),
+        Format::Card => card::files(source, solids),
+        Format::Step => step(&one_part(source.with_recipe(solids), part)),
     }
 }
 
-fn step(source: &Source) -> Result<Vec<File>> {
-    let Some(solids) = source.solids else {
-        return Ok(Vec::new());
-    };
-    let design = source.with_recipe(solids);
+/// The design with one body only, if one is wanted, and named after it.
+fn one_part(mut design: Design, part: Option<&str>) -> Design {
+    if let Some(part) = part {
+        design.recipe.bodies.retain(|body| body.name == part);
+        design.name = format!("{} {part}", design.name);
+    }
+    design
+}
+
+fn step(design: &Design) -> Result<Vec<File>> {
     let folder = tempfile::tempdir().map_err(Error::io(std::env::temp_dir()))?;
     let date = super::date::from_environment().unwrap_or_default();
     let headless = freecad::Headless {
@@ -173,10 +182,10 @@ fn step(source: &Source) -> Result<Vec<File>> {
         folder: folder.path(),
         thorough: false,
     };
-    let built = freecad::run(&design, &date, &headless)?;
+    let built = freecad::run(design, &date, &headless)?;
     let file = |path: &Path, extension: &str| {
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
-        let name = format!("{}.{extension}", freecad::stem(&design));
+        let name = format!("{}.{extension}", freecad::stem(design));
         Ok(File::new(name, bytes))
     };
     Ok(vec![

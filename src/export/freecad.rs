@@ -10,21 +10,28 @@ use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::tables;
 use crate::design::Design;
+use crate::motion::Motion;
+use crate::solid::{rib, sweep};
 use crate::{Error, Result};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
-const MODULES: [&str; 4] = [
+const MODULES: [&str; 5] = [
     include_str!("../../cad/freecad/mpcgear/parameters.py"),
     include_str!("../../cad/freecad/mpcgear/poses.py"),
+    include_str!("../../cad/freecad/mpcgear/options.py"),
     include_str!("../../cad/freecad/mpcgear/builder.py"),
     include_str!("../../cad/freecad/mpcgear/files.py"),
 ];
 
-/// Every which contact station carries a section of the loft: lofts through every third one stay
-/// within 4e-4 mm of those through all and fuse twice as fast.
-const STATION_STEP: usize = 3;
+/// Every which frame of the mesh's tooth carries a section of the loft: lofts through every third
+/// one stay within 4e-4 mm of those through all and fuse twice as fast.
+const FRAME_STEP: usize = 3;
+
+/// Poses of the follower in a turn; between them FreeCAD interpolates.
+const POSES: u32 = 360;
 
 /// Decimals of the numbers in a macro, mm: far below any tolerance of FreeCAD (1e-7).
 const DECIMALS: i32 = 9;
@@ -67,7 +74,7 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
             context! {
                 stem => stem(design),
                 name => one_line(&design.name),
-                generator => one_line(&design.generator),
+                generator => one_line(&super::maker(design)),
                 version => env!("CARGO_PKG_VERSION"),
                 date => date,
                 class => design.class.to_string(),
@@ -102,19 +109,15 @@ fn one_line(text: &str) -> String {
 }
 
 /// What the builder reads of a design: `design.json` without the motion, the search's variables and
-/// the print pieces, with every third station.
+/// the print pieces, with the stations of the lofts.
 fn essence(design: &Design) -> Result<Value> {
     let mut slim = design.clone();
     for pair in &mut slim.sub_gear_pairs {
         pair.parameters.clear();
         for tooth in &mut pair.teeth {
             tooth.control_points.clear();
-            let last = tooth.stations.len().saturating_sub(1);
-            let mut index = 0..;
-            tooth.stations.retain(|_| {
-                let i = index.next().unwrap_or(0);
-                i % STATION_STEP == 0 || i == last
-            });
+            let chosen = loft_stations(tooth.stations.len());
+            tooth.stations = chosen.iter().map(|&i| tooth.stations[i]).collect();
         }
     }
     for body in &mut slim.recipe.bodies {
@@ -124,9 +127,34 @@ fn essence(design: &Design) -> Result<Value> {
         serde_json::to_value(&slim).map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
     if let Some(fields) = value.as_object_mut() {
         fields.remove("motion");
+        fields.insert("poses".into(), poses(design)?);
     }
     round(&mut value);
     Ok(value)
+}
+
+/// Rows of φ (rad), position and quaternion (real part last) of the follower over one turn.
+fn poses(design: &Design) -> Result<Value> {
+    let motion = Motion::new(design.class, &design.motion)?;
+    let rows = tables::poses(&motion, POSES);
+    let row = |r: &tables::PoseRow| {
+        let phi = r.phi_deg.to_radians();
+        Value::from(vec![phi, r.x, r.y, r.z, r.qx, r.qy, r.qz, r.qw])
+    };
+    Ok(rows.iter().map(row).collect())
+}
+
+/// Which of a tooth's `stations` carry a section of its loft: both ends, and between them the ribs'
+/// own, of which the first and the last stand where the ribs of the mesh end.
+fn loft_stations(stations: usize) -> Vec<usize> {
+    let frames = sweep::chosen(stations);
+    let inner = rib::span(&frames);
+    let steps = (inner.len().saturating_sub(1) / FRAME_STEP).max(1);
+    let ribs = (0..=steps).map(|i| inner[i * (inner.len() - 1) / steps]);
+    let mut chosen: Vec<usize> = frames.first().copied().into_iter().chain(ribs).collect();
+    chosen.extend(frames.last());
+    chosen.dedup();
+    chosen
 }
 
 fn round(value: &mut Value) {

@@ -3,6 +3,7 @@
 //! Everything is rendered in memory first ([`files`]), then written at once ([`folder::publish`]),
 //! so that files appear whole or not at all.
 
+mod card;
 pub mod chart;
 mod compact;
 pub mod compare;
@@ -19,13 +20,14 @@ pub mod picture;
 pub mod report;
 mod scad_bed;
 mod scad_csg;
+mod scad_sets;
 mod scad_teeth;
 pub mod stl;
 pub mod svg;
 pub mod tables;
 pub mod threemf;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::Result;
 use crate::design::Design;
@@ -64,6 +66,11 @@ impl Source<'_> {
             ..self.design.clone()
         }
     }
+}
+
+/// The program that made a design, with its version.
+fn maker(design: &Design) -> String {
+    format!("mpcgear {}", design.generator)
 }
 
 /// One file of an output folder.
@@ -118,6 +125,8 @@ pub fn files(source: &Source, summary: &Summary) -> Result<Vec<File>> {
     for script in openscad::scripts(source, &solids.recipe)? {
         files.push(File::new(format!("openscad/{}", script.name), script.text));
     }
+    let sets = scad_sets::file(&solids.recipe)?;
+    files.push(File::new(Path::new("openscad").join(sets.path), sets.bytes));
     files.push(File::new(
         "parts.md",
         parts::markdown(source.design, solids)?,

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::scad_csg::{self, Module};
 use super::scad_teeth::{self, number};
 use super::{Source, tables};
+use crate::design::Design;
 use crate::motion::Class;
 use crate::solid::expression::Values;
 use crate::solid::recipe::{Body, Feature, Operation, Parameter, Recipe};
@@ -20,7 +21,7 @@ const LIBRARY: &str = include_str!("../../cad/openscad/mpcgear.scad");
 /// Poses in the assembly's table.
 const POSES: u32 = 180;
 
-const TEMPLATES: [(&str, &str); 10] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("header", include_str!("../../templates/scad_header.jinja")),
     (
         "parameters",
@@ -28,6 +29,7 @@ const TEMPLATES: [(&str, &str); 10] = [
     ),
     ("hidden", include_str!("../../templates/scad_hidden.jinja")),
     ("body", include_str!("../../templates/scad_body.jinja")),
+    ("spokes", include_str!("../../templates/scad_spokes.jinja")),
     (
         "options_driver",
         include_str!("../../templates/scad_driver.jinja"),
@@ -45,6 +47,7 @@ const TEMPLATES: [(&str, &str); 10] = [
         "assembly.scad",
         include_str!("../../templates/assembly.scad.jinja"),
     ),
+    ("card.md", include_str!("../../templates/card.md.jinja")),
     ("parts.md", include_str!("../../templates/parts.md.jinja")),
 ];
 
@@ -129,6 +132,7 @@ struct Page<'a> {
     fixed: Vec<Entry>,
     landmarks: Vec<Named>,
     has_teeth: bool,
+    spokes: Option<Spokes>,
     bodies: &'a [Part],
     library: &'static str,
     poses: Vec<String>,
@@ -155,7 +159,7 @@ impl<'a> Page<'a> {
         let has_teeth = bodies.iter().any(|b| b.teeth.is_some());
         let mut groups = groups(&used);
         if has_teeth {
-            groups.extend(tooth_groups(source));
+            groups.push(tooth_group(source));
         }
         let own = bodies.iter().flat_map(|b| &b.features);
         let of_pieces = bodies
@@ -176,6 +180,7 @@ impl<'a> Page<'a> {
                 })
                 .collect(),
             has_teeth,
+            spokes: has_teeth.then(|| Spokes::of(source.design)),
             bodies: parts,
             library: library(),
             poses: Vec::new(),
@@ -215,7 +220,7 @@ fn about(source: &Source, what: &str) -> About {
         name: one_line(&design.name),
         motion: kind.unwrap_or_else(|| "motion".into()),
         class: design.class.to_string(),
-        generator: one_line(&design.generator),
+        generator: one_line(&super::maker(design)),
         center_distance: number(design.settings.gear.center_distance_mm, 4),
         k: design.sub_gear_pairs.len(),
         j: design.settings.gear.teeth,
@@ -292,8 +297,8 @@ fn fixed(parameters: &[&Parameter]) -> Vec<Entry> {
     dictated.map(|p| Entry::new(p)).collect()
 }
 
-/// Customizer groups of the section and the ribs.
-fn tooth_groups(source: &Source) -> [Group; 2] {
+/// Customizer group of the section.
+fn tooth_group(source: &Source) -> Group {
     let s = &source.design.section;
     let wall = source.design.settings.gear.minimum_wall_mm;
     let entry = |name: &str, value: f64, (min, max): (f64, f64), description: &str| Entry {
@@ -309,52 +314,63 @@ fn tooth_groups(source: &Source) -> [Group; 2] {
             "tooth_thickness",
             s.thickness,
             (wall, s.thickness),
-            "thickness across the bead; it grows away from the contact",
+            "thickness across the bead, measured away from the contact; a thicker one would meet the next tooth",
         ),
         entry(
             "flank_radius",
             s.flank_radius,
             (0.4, s.flank_radius),
-            "radius of the round flanks; the contact point stays where it is",
+            "radius of the flanks; a larger one would break conjugation, a smaller one keeps the contact",
         ),
         entry(
             "tooth_tip",
             s.tip,
             (0.3 * s.flank_radius, s.tip),
-            "height beyond the contact point",
+            "height beyond the contact point; lower is harmless",
         ),
         entry(
             "tooth_root",
             s.root,
             (0.1, s.root),
-            "depth of the section behind the contact point",
+            "depth of the section behind the contact point; harmless while the wall covers it",
         ),
         entry(
             "clearance",
             s.clearance,
             (0.0, 2.0 * scad_teeth::SPARE),
-            "flank-to-flank gap, half of it off this gear; both gears want the same value, 0 binds",
+            "flank-to-flank gap, half of it off this gear; both gears want the same value; 0 is the exact contact and binds, more is play",
         ),
     ];
-    let spokes = vec![
-        entry(
-            "rib_thickness",
-            s.rib,
-            (wall, s.rib),
-            "thickness of the wall that carries a tooth",
-        ),
-        entry(
-            "rib_foot_thickness",
-            s.rib,
-            (wall, s.thickness),
-            "its thickness at the hub; more than at the tooth makes a tapered wall",
-        ),
-    ];
-    let group = |name: &str, entries| Group {
-        name: name.into(),
-        entries,
-    };
-    [group("Teeth", teeth), group("Spokes", spokes)]
+    Group {
+        name: "Teeth".into(),
+        entries: teeth,
+    }
+}
+
+/// Limits of the walls that carry the teeth, mm.
+#[derive(Serialize)]
+struct Spokes {
+    /// Least wall.
+    wall: String,
+    /// Thickness of the walls as designed.
+    rib: String,
+    /// Thickness of the teeth, which no wall may exceed.
+    thickness: String,
+    /// Largest fillet: with the thinnest wall.
+    fillet: String,
+}
+
+impl Spokes {
+    fn of(design: &Design) -> Spokes {
+        let section = &design.section;
+        let wall = design.settings.gear.minimum_wall_mm.min(section.rib);
+        Spokes {
+            wall: number(wall, 4),
+            rib: number(section.rib, 4),
+            thickness: number(section.thickness, 4),
+            fillet: number(0.5 * (section.thickness - wall).max(0.0), 4),
+        }
+    }
 }
 
 /// A body as the templates need it.
@@ -382,6 +398,12 @@ struct TeethPart {
     inset: usize,
     beads_apart: bool,
     ribs_apart: bool,
+    /// Parameter with the hub's radius, its smallest and its largest value.
+    hub: String,
+    smallest: String,
+    free: String,
+    /// Middle heights of the sub-gear pairs.
+    bands: String,
 }
 
 #[derive(Serialize)]
@@ -404,7 +426,15 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
             steps.push((Operation::Add, format!("{}_teeth()", body.name)));
             let teeth = scad_teeth::teeth(source.design, gear)?;
             let a = teeth.axis;
+            let hub = format!("{}_hub_radius", body.name);
+            let range = recipe.parameters.iter().find(|p| p.name == hub);
+            let range = range.ok_or_else(|| Error::Internal(format!("no parameter `{hub}`")))?;
+            let bands: Vec<String> = teeth.bands.iter().map(|&z| number(z, 4)).collect();
             Some(TeethPart {
+                smallest: number(range.min, 4),
+                free: number(range.max, 4),
+                hub,
+                bands: format!("[{}]", bands.join(", ")),
                 stations: teeth.stations,
                 axis: format!(
                     "[{}, {}, {}]",

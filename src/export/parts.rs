@@ -1,11 +1,12 @@
 //! `parts.md`: what to print, what to buy, how to assemble.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::openscad;
 use crate::Result;
 use crate::design::Design;
-use crate::solid::{Solids, pieces};
+use crate::solid::{Mesh, Solids, pieces};
 
 #[derive(Serialize)]
 struct Printed<'a> {
@@ -20,10 +21,18 @@ struct Printed<'a> {
 struct Page<'a> {
     name: &'a str,
     class: String,
-    generator: &'a str,
+    generator: String,
     printed: Vec<Printed<'a>>,
     bought: &'a [(u32, String)],
     steps: &'a [String],
+}
+
+/// Outer dimensions of meshes together, "x × y × z" in mm.
+pub(super) fn extent<'a>(meshes: impl IntoIterator<Item = &'a Mesh>) -> String {
+    let bounds = meshes.into_iter().map(Mesh::bounds);
+    let both = bounds.reduce(|(lo, hi), (low, high)| (lo.inf(&low), hi.sup(&high)));
+    let size = both.map_or_else(Vector3::zeros, |(lo, hi)| hi - lo);
+    format!("{:.1} × {:.1} × {:.1}", size.x, size.y, size.z)
 }
 
 /// The parts list with the order of assembly, Markdown.
@@ -36,8 +45,6 @@ pub fn markdown(design: &Design, solids: &Solids) -> Result<String> {
         .pieces
         .iter()
         .map(|piece| {
-            let (lo, hi) = piece.mesh.bounds();
-            let size = hi - lo;
             let what = assembly
                 .printed
                 .iter()
@@ -46,7 +53,7 @@ pub fn markdown(design: &Design, solids: &Solids) -> Result<String> {
                 name: &piece.name,
                 count: piece.count,
                 what: what.map_or(&piece.body, |(_, what)| what),
-                size: format!("{:.1} × {:.1} × {:.1}", size.x, size.y, size.z),
+                size: extent([&piece.mesh]),
                 volume: format!("{:.1}", piece.mesh.volume() / 1000.0),
             }
         })
@@ -56,7 +63,7 @@ pub fn markdown(design: &Design, solids: &Solids) -> Result<String> {
         Page {
             name: &design.name,
             class: design.class.to_string(),
-            generator: &design.generator,
+            generator: super::maker(design),
             printed,
             bought: &assembly.bought,
             steps: &assembly.steps,

@@ -19,6 +19,8 @@ pub struct Teeth {
     pub stations: Vec<String>,
     /// Point on the gear's axis.
     pub axis: Vector3<f64>,
+    /// Middle height of every sub-gear pair, mm.
+    pub bands: Vec<f64>,
     /// Where ribs end, distance from the axis, mm.
     pub foot: f64,
     /// Whether all beads are disjoint, so that they may be shells of one polyhedron.
@@ -34,10 +36,15 @@ pub struct Teeth {
 pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
     let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
     let foot = layout::rib_foot(design, gear);
-    let pairs = design.sub_gear_pairs.iter().flat_map(|pair| &pair.teeth);
-    let frames: Vec<Vec<Frame>> = pairs
-        .map(|tooth| forwards(sweep::frames(tooth, gear, axis)))
-        .collect();
+    let pairs = design.sub_gear_pairs.iter().map(|pair| {
+        let teeth = pair.teeth.iter();
+        teeth
+            .map(|tooth| forwards(sweep::frames(tooth, gear, axis)))
+            .collect()
+    });
+    let pairs: Vec<Vec<Vec<Frame>>> = pairs.collect();
+    let bands = pairs.iter().map(|teeth| middle_height(teeth)).collect();
+    let frames: Vec<Vec<Frame>> = pairs.into_iter().flatten().collect();
     let section = &design.section;
     let thicker = Section {
         thickness: section.thickness + SPARE,
@@ -59,6 +66,7 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
     Ok(Teeth {
         stations: frames.iter().map(|f| line(f)).collect(),
         axis,
+        bands,
         foot,
         beads_apart: disjoint(&beads?)?,
         ribs_apart: disjoint(&ribs?)?,
@@ -73,6 +81,16 @@ fn forwards(mut frames: Vec<Frame>) -> Vec<Frame> {
         frames.iter_mut().for_each(|f| f.t = -f.t);
     }
     frames
+}
+
+/// Halfway between the lowest and the highest contact of some teeth.
+fn middle_height(teeth: &[Vec<Frame>]) -> f64 {
+    let heights = || teeth.iter().flatten().map(|f| f.p.z);
+    let (low, high) = (
+        heights().fold(f64::INFINITY, f64::min),
+        heights().fold(f64::NEG_INFINITY, f64::max),
+    );
+    0.5 * (low + high)
 }
 
 /// Whether no two of the meshes touch: their union then has as many components as there are

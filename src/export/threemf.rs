@@ -76,9 +76,10 @@ fn model(source: &Source, bodies: &[&SolidBody]) -> std::result::Result<String, 
         xml,
         r#"<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">"#
     )?;
+    let maker = super::maker(design);
     let metadata = [
         ("Title", design.name.as_str()),
-        ("Application", design.generator.as_str()),
+        ("Application", maker.as_str()),
         (
             "Description",
             &format!("Multi-point conjugation gear, class {}", design.class),

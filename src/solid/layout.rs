@@ -291,14 +291,19 @@ fn parameters(design: &Design, m: &Measures) -> Vec<Parameter> {
         (8.0, 9.0_f64.max(9.0 * scale), 18.0 * scale.max(1.0)),
         "half width of the driver tower",
     );
+    let eye = measure::eye_radius(design);
+    let thickest_bridge = match m.eye_free > eye {
+        true => measure::THICKEST_BRIDGE,
+        false => measure::BRIDGE_THICKNESS,
+    };
     t.free(
         "bridge_thickness",
-        (4.0, measure::BRIDGE_THICKNESS, measure::BRIDGE_THICKNESS),
+        (4.0, measure::BRIDGE_THICKNESS, thickest_bridge),
         "thickness of the bridge, length of the upper bearing",
     );
     t.free(
         "bearing_wall",
-        (1.5, measure::EYE_WALL, measure::EYE_WALL),
+        (1.5, measure::EYE_WALL, measure::EYE_WALL + m.eye_free - eye),
         "wall around the upper bearing",
     );
     t.free(

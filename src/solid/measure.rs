@@ -24,6 +24,8 @@ const BORE_WALL: f64 = 1.5;
 const SMALLEST_MOUNT: f64 = 5.0;
 /// Points on the rim of a drum or flange.
 const RIM_POINTS: u32 = 48;
+/// Rims along the side of a drum or flange.
+const RIM_LEVELS: u32 = 12;
 /// Hub radii grow to at most these shares of L (9.5 and 8 mm at L = 25).
 const DRIVER_HUB_CAP: f64 = 0.38;
 const FOLLOWER_HUB_CAP: f64 = 0.32;
@@ -43,6 +45,9 @@ pub struct Measures {
     pub driver_top: f64,
     /// How much further the driver's drum (and the bridge) may rise without meeting the follower.
     pub driver_top_free: f64,
+    /// Radius that the bridge's eye may have without meeting the follower, mm, up to
+    /// [`THICKEST_BRIDGE`]; the eye's own radius where the follower comes close.
+    pub eye_free: f64,
     /// Lower and upper end of the follower's drums, follower frame.
     pub follower_ends: (f64, f64),
     /// Whether the follower has teeth above and below O.
@@ -80,6 +85,10 @@ pub fn pin_radius(settings: &Settings) -> f64 {
 pub const EYE_WALL: f64 = 3.0;
 /// Thickness of the bridge, mm.
 pub const BRIDGE_THICKNESS: f64 = 7.0;
+/// Thickness that the bridge may have where the follower leaves room, for the seat of a 608, mm.
+pub const THICKEST_BRIDGE: f64 = 10.0;
+/// The bridge's eye grows to at most this share of L (15 mm at L = 25).
+const EYE_CAP: f64 = 0.6;
 /// Half width of the socket lugs beyond the ring: room for a screw head, mm.
 pub const LUG_LENGTH: f64 = 7.0;
 /// The lugs fill |x| ≤ this, mm.
@@ -289,6 +298,26 @@ impl Measures {
         let (mount_bottom, mount_radius) =
             obstacles.mount(&sampler, follower_ends.1, settings.hub.mount_thickness_mm);
 
+        // Eye of the bridge: drums and mount are sampled along their sides, too.
+        let mut beside: Vec<Vector3<f64>> = Vec::new();
+        for i in 0..=RIM_LEVELS {
+            let u = f64::from(i) / f64::from(RIM_LEVELS);
+            let drum = follower_ends.1 * u + (1.0 - u) * start.max(follower_ends.0);
+            beside.extend(rim(grown, drum));
+            beside.extend(rim(
+                mount_radius,
+                mount_bottom + u * settings.hub.mount_thickness_mm,
+            ));
+        }
+        let levels = (driver_top - gap)..=(driver_top + play + THICKEST_BRIDGE + gap);
+        let eye_free = sampler
+            .carried(&beside)
+            .chain(cloud.iter().copied())
+            .filter(|p| levels.contains(&p.z))
+            .map(|p| sampler.axis_distance(p) - gap)
+            .fold(EYE_CAP * sampler.center_distance, f64::min)
+            .max(eye);
+
         // Tower or guide of the follower's joint.
         let tower_top = match class {
             Class::R3T1 => carriage + lift.1 + 2.0,
@@ -327,6 +356,7 @@ impl Measures {
             base_top,
             driver_top,
             driver_top_free,
+            eye_free,
             follower_ends,
             sides,
             mount_bottom,

@@ -15,8 +15,8 @@ const SHORTEST: f64 = 0.8;
 /// they met they would leave thin corners.
 pub const INSET: usize = 4;
 
-/// The frames that the rib spans: all but [`INSET`] at both ends, where there are enough.
-pub fn span(frames: &[Frame]) -> &[Frame] {
+/// Those of a tooth's frames that its rib spans: all but [`INSET`] at both ends, where there are enough.
+pub fn span<T>(frames: &[T]) -> &[T] {
     match frames.len() > 4 * INSET {
         true => &frames[INSET..frames.len() - INSET],
         false => frames,

@@ -44,13 +44,21 @@ pub fn axis_point(gear: Gear, center_distance: f64) -> Vector3<f64> {
     }
 }
 
+/// Which of a tooth's `stations` carry a frame.
+pub fn chosen(stations: usize) -> Vec<usize> {
+    let last = stations.saturating_sub(1);
+    let count = stations.min(MAX_STATIONS);
+    (0..count)
+        .map(|i| (i * last) / (count - 1).max(1))
+        .collect()
+}
+
 /// The section's frames along a tooth of `gear`, whose axis passes through `axis`.
 pub fn frames(tooth: &ToothPair, gear: Gear, axis: Vector3<f64>) -> Vec<Frame> {
-    let last = tooth.stations.len().saturating_sub(1);
-    let count = tooth.stations.len().min(MAX_STATIONS);
-    let chosen = (0..count).map(|i| &tooth.stations[(i * last) / (count - 1).max(1)]);
+    let chosen = chosen(tooth.stations.len()).into_iter();
     let mut frames: Vec<Frame> = chosen
-        .map(|station| {
+        .map(|i| {
+            let station = &tooth.stations[i];
             let (p, n, t) = station.frame(gear);
             Frame {
                 phi: station.phi,

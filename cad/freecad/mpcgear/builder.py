@@ -9,6 +9,7 @@ import FreeCAD as App
 import Part
 import Sketcher
 
+from .options import build_options, option_tools
 from .parameters import Expression, build_parameters, number
 from .poses import build_poses, follower_poses, place, vector
 
@@ -20,14 +21,13 @@ COLOURS = {
 }
 
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
-LOFT_STATIONS = 12  # a loft through more wires is slower and no closer than 4e-4 mm
-RIB_INSET = 1 / 8  # share of a tooth, at both ends, that its rib leaves free: no thin corners there
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
 
 def build(document, design):
     """Fills `document` with the mechanism of `design` (the content of design.json)."""
     parameters = build_parameters(document, design)
+    build_options(document)
     build_poses(document, design)
     sections = build_sections(document, design)
     parts = []
@@ -167,13 +167,9 @@ class Frame:
         return App.Placement(self.p, App.Rotation(self.n, self.b, self.n.cross(self.b), "XYZ"))
 
 
-def frames(tooth, digit, axis, inset=0.0):
-    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it); `inset` is the
-    share of the tooth left out at both ends."""
-    last = len(tooth["stations"]) - 1
-    count = min(LOFT_STATIONS, last + 1)
-    chosen = [round(last * (inset + (1 - 2 * inset) * i / (count - 1))) for i in range(count)]
-    result = [Frame(tooth["stations"][i], digit) for i in chosen]
+def frames(tooth, digit, axis):
+    """Frames along one tooth, b pointing away from the gear's `axis` (a point on it)."""
+    result = [Frame(station, digit) for station in tooth["stations"]]
     outwards = sum((f.p - axis).x * f.b.x + (f.p - axis).y * f.b.y for f in result)
     if outwards < 0:
         for frame in result:
@@ -220,6 +216,9 @@ class BodyBuilder:
             group.Label = "%s: %s" % (self.name, {"add": "added", "cut": "cut", "keep": "kept"}[operation])
             made = [self.primitive(feature, group) for feature in features]
             solid = self.combine(operation, solid, made)
+        tools = option_tools(self, body["name"])
+        if tools:
+            solid = self.combine("cut", solid, tools)
         teeth = self.teeth(body["teeth"]) if body.get("teeth") else []
         if teeth:
             solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
@@ -344,7 +343,8 @@ class BodyBuilder:
                 along = frames(tooth, digit, axis)
                 fin = self.new("Part::MultiFuse", "Fin " + name, band)
                 beads = [(frame.placement(), 1.0) for frame in along]
-                ribs = rib_lines(frames(tooth, digit, axis, RIB_INSET), section, axis, foot)
+                # The rib leaves both ends of the tooth free: no thin corners there.
+                ribs = rib_lines(along[1:-1], section, axis, foot)
                 fin.Shapes = [self.loft("Tooth " + name, self.tooth_section, beads, band),
                               self.loft("Rib " + name, self.rib_section, ribs, band)]
                 fin.Label = "Fin " + name

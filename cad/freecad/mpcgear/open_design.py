@@ -1,14 +1,18 @@
 """Opens a design.json: the same tree that the design's macro builds."""
 
 import json
+import math
 import os
 
 import FreeCAD as App
 
 from . import builder
+from .poses import vector
 
 FORMAT = 1
-STATION_STEP = 3  # every third contact station carries a section, as in the macro
+# As in the macro: teeth have at most so many frames, of which the ribs leave some free at both
+# ends, and about every third of the others carries a section.
+MOST_FRAMES, RIB_INSET, FRAME_STEP = 33, 4, 3
 
 
 class DesignError(Exception):
@@ -31,12 +35,47 @@ def read(path):
     if not design["sub_gear_pairs"] or not design["recipe"]["bodies"]:
         raise DesignError("%s has no finished solids: %s"
                           % (path, "; ".join(design.get("problems", [])) or "no teeth found"))
+    design["poses"] = contact_poses(design)
     for pair in design["sub_gear_pairs"]:
         for tooth in pair["teeth"]:
-            stations = tooth["stations"]
-            chosen = set(range(0, len(stations), STATION_STEP)) | {len(stations) - 1}
-            tooth["stations"] = [stations[i] for i in sorted(chosen)]
+            tooth["stations"] = [tooth["stations"][i] for i in chosen(len(tooth["stations"]))]
     return design
+
+
+def chosen(stations):
+    """Indices of those of a tooth's `stations` that carry sections: both ends, and the ribs' own."""
+    count = min(stations, MOST_FRAMES)
+    frames = [i * (stations - 1) // (count - 1) for i in range(count)]
+    inner = frames[RIB_INSET:-RIB_INSET] if count > 4 * RIB_INSET else frames
+    steps = max((len(inner) - 1) // FRAME_STEP, 1)
+    ribs = {inner[i * (len(inner) - 1) // steps] for i in range(steps + 1)}
+    return sorted(ribs | {frames[0], frames[-1]})
+
+
+def triad(a, b):
+    """Right-handed orthonormal axes made of two independent vectors, as a rotation."""
+    return App.Rotation(a, b, a.cross(b), "XYZ")
+
+
+def contact_poses(design):
+    """The design's rows for `poses.follower_poses`: every contact is known both in the fixed frame
+    and in the follower's, so two normals fix the rotation and a point the rest."""
+    pairs = design["sub_gear_pairs"]
+    poses = {}
+    for j in range(len(pairs[0]["teeth"])):
+        for rows in zip(*(pair["teeth"][j]["stations"] for pair in pairs)):
+            if max(row["phi"] for row in rows) - min(row["phi"] for row in rows) > 1e-6:
+                raise ValueError("tooth %d: the sub-gear pairs have contact at different angles"
+                                 % (j + 1))
+            phi = rows[0]["phi"] % (2 * math.pi)
+            first = vector(rows[0]["n"])
+            other = max(rows[1:], key=lambda row: first.cross(vector(row["n"])).Length)
+            fixed = triad(first, vector(other["n"]))
+            body = triad(vector(rows[0]["n2"]), vector(other["n2"]))
+            rotation = fixed.multiply(body.inverted())
+            base = vector(rows[0]["p"]) - rotation.multVec(vector(rows[0]["p2"]))
+            poses[round(phi, 9)] = [phi] + list(base) + list(rotation.Q)
+    return [row for _, row in sorted(poses.items())]
 
 
 def open_design(path):

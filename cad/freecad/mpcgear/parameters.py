@@ -57,13 +57,13 @@ def new_sheet(document, name):
     return sheet
 
 
-def write_parameter(sheet, row, alias, value, limits, words):
+def write_parameter(sheet, row, alias, value, limits, words, unit=" mm"):
     """One row: name, value, limits, a check that speaks up, meaning."""
     sheet.set("A%d" % row, alias)
-    sheet.set("B%d" % row, "=%s mm" % number(value))
+    sheet.set("B%d" % row, "=" + number(value) + unit)
     sheet.setAlias("B%d" % row, alias)
-    sheet.set("C%d" % row, "=%s mm" % number(limits[0]))
-    sheet.set("D%d" % row, "=%s mm" % number(limits[1]))
+    sheet.set("C%d" % row, "=" + number(limits[0]) + unit)
+    sheet.set("D%d" % row, "=" + number(limits[1]) + unit)
     sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : (B{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
               .format(row))
     sheet.set("F%d" % row, words)

@@ -12,30 +12,11 @@ def vector(values):
     return App.Vector(*values)
 
 
-def triad(a, b):
-    """Right-handed orthonormal axes made of two independent vectors, as a rotation."""
-    return App.Rotation(a, b, a.cross(b), "XYZ")
-
-
 def follower_poses(design):
-    """[(φ in rad, placement of the follower)], increasing φ in [0, 2π]: every contact is known both
-    in the fixed frame and in the follower's, so two normals fix the rotation and a point the rest."""
-    pairs = design["sub_gear_pairs"]
-    poses = {}
-    for j in range(len(pairs[0]["teeth"])):
-        for rows in zip(*(pair["teeth"][j]["stations"] for pair in pairs)):
-            if max(row["phi"] for row in rows) - min(row["phi"] for row in rows) > 1e-6:
-                raise ValueError("tooth %d: the sub-gear pairs have contact at different angles"
-                                 % (j + 1))
-            phi = rows[0]["phi"] % (2 * math.pi)
-            first = vector(rows[0]["n"])
-            other = max(rows[1:], key=lambda row: first.cross(vector(row["n"])).Length)
-            fixed = triad(first, vector(other["n"]))
-            body = triad(vector(rows[0]["n2"]), vector(other["n2"]))
-            rotation = fixed.multiply(body.inverted())
-            base = vector(rows[0]["p"]) - rotation.multVec(vector(rows[0]["p2"]))
-            poses[round(phi, 9)] = App.Placement(base, rotation)
-    return sorted(poses.items())
+    """[(φ in rad, placement of the follower)], increasing φ in [0, 2π], of the design's `poses`:
+    rows of φ, position in mm, and quaternion with its real part last."""
+    return [(row[0], App.Placement(vector(row[1:4]), App.Rotation(*row[4:8])))
+            for row in design["poses"]]
 
 
 def build_poses(document, design):
@@ -70,8 +51,9 @@ def driver_placement(distance, phi):
 
 def place(document, distance, phi, pose):
     """Moves the parts to driver angle φ (rad), with the follower at `pose`."""
-    document.Driver.Placement = driver_placement(distance, phi)
-    document.Follower.Placement = pose
-    slider = document.getObject("Slider")
-    if slider is not None:
-        slider.Placement = App.Placement(App.Vector(0, 0, pose.Base.z), App.Rotation())
+    lifted = App.Placement(App.Vector(0, 0, pose.Base.z), App.Rotation())
+    for name, there in (("Driver", driver_placement(distance, phi)), ("Follower", pose),
+                        ("Slider", lifted)):
+        part = document.getObject(name)
+        if part is not None:
+            part.Placement = there
