@@ -26,6 +26,23 @@ pub struct Table {
 }
 
 impl Table {
+    /// One object per row with the headings as keys; names are text, numbers are numbers or `null`.
+    pub fn records(&self) -> Vec<serde_json::Value> {
+        let value = |i: usize, cell: &String| match cell.parse::<f64>() {
+            Ok(number) if i >= self.names => number.into(),
+            _ if cell == "–" => serde_json::Value::Null,
+            _ => cell.as_str().into(),
+        };
+        let record = |row: &Vec<String>| {
+            let cells = self.columns.iter().zip(row).enumerate();
+            cells
+                .map(|(i, (column, cell))| (column.clone(), value(i, cell)))
+                .collect::<serde_json::Map<_, _>>()
+                .into()
+        };
+        self.rows.iter().map(record).collect()
+    }
+
     /// The table as text that ends with a line break.
     ///
     /// # Errors

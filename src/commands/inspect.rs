@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mpcgear::export::figures;
 use mpcgear::load::sensitivity::{Sensitivity, sensitivity};
 use mpcgear::load::{self, LoadReport, Sampling};
-use mpcgear::table::{Format, Table};
+use mpcgear::table::Format;
 use mpcgear::{Result, export, stats};
 use serde::Serialize;
 
@@ -56,13 +56,12 @@ pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Resu
         &sensitivity,
         design.class,
     ));
-    let rows = figures.into_iter().map(|f| vec![f.name, f.value, f.unit]);
-    let summary = Table {
-        columns: ["load", "", ""].map(String::from).to_vec(),
-        names: 1,
-        rows: rows.collect(),
-    };
-    say(cli, &summary.render(Format::Text)?)?;
+    for figure in figures {
+        let (name, value, unit) = (figure.name, figure.value, figure.unit);
+        let line = format!("{name:<31} {value:>18} {unit:<6} {}", figure.meaning);
+        say(cli, line.trim_end())?;
+    }
+    say(cli, "")?;
     say(
         cli,
         report.table(TEXT_STEP).render(Format::Text)?.trim_end(),
@@ -76,6 +75,9 @@ pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Resu
 pub fn compare(cli: &Cli, designs: &[PathBuf], out: &Path) -> Result<u8> {
     let entries = stats::collect(designs)?;
     export::compare::write(&entries, out)?;
+    if cli.json {
+        print_out(&json(&stats::table(&entries).records())?)?;
+    }
     say(cli, &stats::table(&entries).render(Format::Text)?)?;
     say(cli, &format!("written: {}", out.display()))
 }
@@ -84,16 +86,17 @@ pub fn compare(cli: &Cli, designs: &[PathBuf], out: &Path) -> Result<u8> {
 ///
 /// # Errors
 /// As [`stats::collect`].
-pub fn stats(_cli: &Cli, designs: &[PathBuf], format: TableFormat) -> Result<u8> {
+pub fn stats(cli: &Cli, designs: &[PathBuf], format: TableFormat) -> Result<u8> {
     let format = match format {
         TableFormat::Text => Format::Text,
         TableFormat::Csv => Format::Csv,
         TableFormat::Markdown => Format::Markdown,
     };
-    print_out(
-        stats::table(&stats::collect(designs)?)
-            .render(format)?
-            .trim_end(),
-    )?;
+    let table = stats::table(&stats::collect(designs)?);
+    let text = match cli.json {
+        true => json(&table.records())?,
+        false => table.render(format)?,
+    };
+    print_out(text.trim_end())?;
     Ok(0)
 }

@@ -232,7 +232,12 @@ pub fn load(settings: &Load, load: &LoadReport) -> Vec<Figure> {
         "Largest contact pressure",
         optional(load.pressure_max, 3),
         "MPa",
-        "Hertz pressure of the rounded flanks.",
+        match load.pressure_max {
+            Some(pressure) if pressure > load.pressure_allowed => {
+                "Hertz pressure of the rounded flanks: too much, they would yield."
+            }
+            _ => "Hertz pressure of the rounded flanks.",
+        },
     );
     add(
         "… allowed",

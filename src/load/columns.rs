@@ -39,7 +39,10 @@ impl LoadReport {
 
 fn row(s: &LoadSample) -> Vec<String> {
     let number = |x: Option<f64>, decimals: usize| {
-        let finite = x.filter(|x| x.is_finite());
+        let unit = 10_f64.powi(decimals as i32);
+        // + 0.0 turns −0 into 0.
+        let rounded = x.map(|x| (x * unit).round() / unit + 0.0);
+        let finite = rounded.filter(|x| x.is_finite());
         finite.map_or("–".into(), |x| format!("{x:.decimals$}"))
     };
     let mut cells = vec![number(Some(s.phi.to_degrees()), 1)];
