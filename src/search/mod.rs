@@ -8,6 +8,7 @@ pub mod paper_search;
 pub mod polish;
 pub mod select;
 pub mod slsqp;
+pub mod swept;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
