@@ -38,13 +38,18 @@ pub enum Command {
     },
     /// Render a design again in chosen formats.
     Export(ExportArgs),
-    /// Forces, torque, payload and stress of a design.
+    /// Prove a design again, from its file and meshes alone.
+    Check(CheckArgs),
+    /// Forces, torque, payload, stress, play and sensitivity of a design.
     Load {
         /// `design.json` or the folder with it.
         design: PathBuf,
         /// Payload instead of the motion file's: 800g, 0.8kg.
         #[arg(long, value_parser = parse_mass)]
         payload: Option<f64>,
+        /// Print the table over the driver angle as CSV instead.
+        #[arg(long, conflicts_with = "json")]
+        csv: bool,
     },
     /// Write the report of a design again.
     Report {
@@ -105,6 +110,40 @@ pub enum Method {
     Paper,
 }
 
+/// Arguments of `check`. Bodies whose mesh is not given are read from `meshes/` beside the design, or
+/// built where there is none.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// `design.json` or the folder with it.
+    pub design: PathBuf,
+    /// Meshes instead of those of the design.
+    #[command(flatten)]
+    pub meshes: MeshArgs,
+    /// Room of the printer, mm.
+    #[arg(long, value_name = "XxYxZ", value_parser = parse_volume, default_value = "220x220x250")]
+    pub printer: [f64; 3],
+    /// How far a printed surface may lie outside its place, mm.
+    #[arg(long, value_name = "MM", value_parser = parse_tolerance, default_value = "0.03")]
+    pub tolerance: f64,
+}
+
+/// Meshes to check instead of those of the design.
+#[derive(Debug, Default, Args)]
+pub struct MeshArgs {
+    /// STL of the driver to check instead, ASCII or binary, assembled at φ = 0, mm.
+    #[arg(long, value_name = "STL")]
+    pub driver: Option<PathBuf>,
+    /// The same for the follower.
+    #[arg(long, value_name = "STL")]
+    pub follower: Option<PathBuf>,
+    /// The same for the support.
+    #[arg(long, value_name = "STL")]
+    pub support: Option<PathBuf>,
+    /// The same for the slider of a 3R1T mechanism.
+    #[arg(long, value_name = "STL")]
+    pub slider: Option<PathBuf>,
+}
+
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 pub struct ExportArgs {
@@ -153,5 +192,25 @@ fn parse_mass(text: &str) -> Result<f64, String> {
     match number.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value * factor),
         _ => Err(format!("`{text}` is not a mass; write 800g or 0.8kg")),
+    }
+}
+
+/// Three lengths in mm, `220x220x250`.
+fn parse_volume(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = text
+        .split('x')
+        .filter_map(|n| n.trim().parse().ok())
+        .collect();
+    <[f64; 3]>::try_from(numbers)
+        .ok()
+        .filter(|size| size.iter().all(|x| x.is_finite() && *x > 0.0))
+        .ok_or_else(|| format!("`{text}` is not a size; write 220x220x250"))
+}
+
+/// A length of at least 0, mm.
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err(format!("`{text}` is not a tolerance from 0 to 1 mm")),
     }
 }

@@ -71,8 +71,8 @@ pub enum Error {
         /// What to change.
         hint: String,
     },
-    /// Stopped by Ctrl-C. Exit code 130.
-    #[error("interrupted")]
+    /// Stopped by Ctrl-C before there was any design. Exit code 130.
+    #[error("interrupted before there was any design; nothing was written")]
     Interrupted,
     /// The solid kernel or a template failed: a defect of ours, with what is known. Exit code 1.
     #[error("internal: {0}")]

@@ -5,10 +5,12 @@ use std::ops::ControlFlow;
 
 use crate::design::Design;
 use crate::motion::{Motion, MotionFile};
-use crate::search::{self, Progress, StopReason};
+use crate::search::{self, Progress, StopReason, paper_search};
+use crate::settings::Method;
 use crate::solid::Solids;
-use crate::verify::{self, Mechanism, Proof, ProofSettings};
-use crate::{Error, Result, synthesis};
+use crate::synthesis::{self, Bands};
+use crate::verify::{self, Check, CheckInput, Effort, Printer};
+use crate::{Error, Result};
 
 /// A finished job: the design with everything that was made from it and found out about it.
 #[derive(Debug, Clone)]
@@ -17,16 +19,13 @@ pub struct Outcome {
     pub design: Design,
     /// Bodies and print pieces.
     pub solids: Solids,
-    /// Proof on the meshes; `None` when the run was stopped before.
-    pub proof: Option<Proof>,
+    /// Every claim tried on the meshes; `None` when the run was stopped before.
+    pub check: Option<Check>,
     /// Largest |n·v_rel|, |n·T²|, mm/rad.
     pub residual: f64,
     /// Whether the search was cut short.
     pub stop: StopReason,
 }
-
-/// Largest conjugation residual of a working design, mm/rad.
-pub const RESIDUAL_LIMIT: f64 = 1e-6;
 
 /// Designs the mechanism of `file`. When no choice of bands passes the proof, the one with the fewest
 /// problems is returned with them.
@@ -35,12 +34,12 @@ pub const RESIDUAL_LIMIT: f64 = 1e-6;
 /// As [`search::run`]; [`Error::Infeasible`] when no choice leaves room for the joint; and
 /// [`Error::Internal`] for solids the kernel cannot build.
 pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) -> Result<Outcome> {
-    let found = search::run(motion, &file.settings, observer)?;
+    let (choices, stop) = choices(file, motion, observer)?;
     let mut best: Option<Outcome> = None;
     let mut failure = None;
-    for (i, (bands, q)) in found.choices.iter().enumerate() {
+    for (i, (bands, q)) in choices.iter().enumerate() {
         let mut tell = |stage: &'static str, done: f64| {
-            let done = (i as f64 + done) / found.choices.len() as f64;
+            let done = (i as f64 + done) / choices.len() as f64;
             observer(&Progress {
                 stage,
                 done,
@@ -48,7 +47,14 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
                 best_q: Some(*q),
             })
         };
-        // After an interrupt there is still the best choice to be built, but not proven.
+        // Once the search was told to stop, there is only the best choice to be finished.
+        if let Some(best) = &mut best
+            && (stop == StopReason::Stopped || tell(search::FALLBACK, 0.0).is_break())
+        {
+            best.stop = StopReason::Stopped;
+            break;
+        }
+        // After an interrupt the best choice is still built, but not proven.
         let stopped = tell("solids", 0.0).is_break();
         let mut design = synthesis::design(file, motion, bands)?;
         let solids = match Solids::build(&design, motion) {
@@ -63,18 +69,14 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
             residual: synthesis::conjugation_residual(&design, motion),
             design,
             solids,
-            proof: None,
-            stop: if stopped {
-                StopReason::Stopped
-            } else {
-                found.stop
-            },
+            check: None,
+            stop: if stopped { StopReason::Stopped } else { stop },
         };
         if !stopped {
             match prove(&outcome, motion, &mut |done| {
                 tell("proof on the meshes", 0.1 + 0.9 * done)
             }) {
-                Ok(proof) => outcome.proof = Some(proof),
+                Ok(check) => outcome.check = Some(check),
                 Err(Error::Interrupted) => outcome.stop = StopReason::Stopped,
                 Err(error) => return Err(error),
             }
@@ -83,9 +85,13 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
         let fewer = best
             .as_ref()
             .is_none_or(|b| outcome.design.problems.len() < b.design.problems.len());
-        let done = outcome.design.problems.is_empty() || outcome.proof.is_none();
+        let done = outcome.design.problems.is_empty() || outcome.check.is_none();
+        let stop = outcome.stop;
         if fewer {
             best = Some(outcome);
+        }
+        if let Some(best) = &mut best {
+            best.stop = stop;
         }
         if done {
             break;
@@ -94,57 +100,55 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
     best.ok_or_else(|| failure.unwrap_or(Error::Interrupted))
 }
 
+/// Choices of bands, best first, with their min Q, by the method that the settings ask for.
+fn choices(
+    file: &MotionFile,
+    motion: &Motion,
+    observer: &mut search::Observer,
+) -> Result<(Vec<(Bands, f64)>, StopReason)> {
+    let settings = &file.settings;
+    Ok(match settings.search.method {
+        Method::Exact => {
+            let found = search::run(motion, settings, observer)?;
+            let choices = found.choices.into_iter();
+            (
+                choices.map(|(b, q)| (Bands::Exact(b), q)).collect(),
+                found.stop,
+            )
+        }
+        Method::Paper => {
+            let found = paper_search::run(motion, settings, observer)?;
+            let choices = found.choices.into_iter();
+            (
+                choices.map(|(b, q)| (Bands::Paper(b), q)).collect(),
+                found.stop,
+            )
+        }
+    })
+}
+
 fn prove(
     outcome: &Outcome,
     motion: &Motion,
     tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Proof> {
-    let settings = &outcome.design.settings;
-    let mechanism = Mechanism {
+) -> Result<Check> {
+    let pieces = outcome.solids.pieces.iter();
+    let pieces: Vec<_> = pieces.map(|p| (p.name.clone(), p.mesh.clone())).collect();
+    let input = CheckInput {
+        design: &outcome.design,
         motion,
-        center_distance: settings.gear.center_distance_mm,
+        bodies: &outcome.solids.bodies,
+        pieces: &pieces,
+        printer: Printer::default(),
+        effort: Effort::default(),
     };
-    let proof = ProofSettings {
-        clearance_mm: settings.fit.clearance_mm,
-        minimum_wall_mm: settings.gear.minimum_wall_mm,
-        ..ProofSettings::default()
-    };
-    verify::prove(
-        &outcome.solids.bodies,
-        &mechanism,
-        (&proof, &outcome.design.closure),
-        &mut |_, done| tell(done),
-    )
+    verify::check(&input, &mut |_, done| tell(done))
 }
 
 /// Everything that keeps the design from working, one sentence each.
 fn problems(outcome: &Outcome) -> Vec<String> {
-    let mut problems = Vec::new();
-    let gear = &outcome.design.settings.gear;
-    let closure = &outcome.design.closure;
-    if let Some(worst) = closure.iter().min_by(|a, b| a.q.total_cmp(&b.q))
-        && !(worst.q > gear.closure_threshold)
-    {
-        let open = closure
-            .iter()
-            .filter(|s| !(s.q > gear.closure_threshold))
-            .count();
-        problems.push(format!(
-            "no form closure in {open} of {} samples, worst Q = {:.3} at φ = {:.1}°",
-            closure.len(),
-            worst.q,
-            worst.phi.to_degrees()
-        ));
+    match &outcome.check {
+        Some(check) => check.problems(),
+        None => vec!["stopped before the proof on the meshes: not known to work".into()],
     }
-    if !(outcome.residual <= RESIDUAL_LIMIT) {
-        problems.push(format!(
-            "conjugation residual of {:.1e} mm/rad, at most {RESIDUAL_LIMIT:.0e} wanted",
-            outcome.residual
-        ));
-    }
-    match &outcome.proof {
-        Some(proof) => problems.extend(proof.problems()),
-        None => problems.push("stopped before the proof on the meshes: not known to work".into()),
-    }
-    problems
 }

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use crate::design::Design;
 use crate::export::figures::{ClosureFigures, rounded};
+use crate::export::stl;
 use crate::solid::Mesh;
 use crate::{Error, Problem, Result};
 
@@ -108,7 +109,7 @@ fn entry(path: &Path) -> Result<Entry> {
             .map_err(|e| not_a_design(&folder.join("summary.json"), e.to_string()))?,
         Err(_) => Summary::default(),
     };
-    let mesh = |name: &str| read_stl(&folder.join("meshes").join(format!("{name}.stl")));
+    let mesh = |name: &str| stl::read(&folder.join("meshes").join(format!("{name}.stl"))).ok();
     let meshes: Vec<Mesh> = ["driver", "follower", "support", "slider"]
         .into_iter()
         .filter_map(mesh)
@@ -120,23 +121,6 @@ fn entry(path: &Path) -> Result<Entry> {
         feasible: summary.feasible,
         triangles: (!meshes.is_empty()).then(|| meshes.iter().map(|m| m.triangles.len()).sum()),
         volume: (meshes.len() >= 2).then(|| meshes[..2].iter().map(Mesh::volume).sum()),
-    })
-}
-
-fn read_stl(path: &Path) -> Option<Mesh> {
-    let mut file = std::io::BufReader::new(std::fs::File::open(path).ok()?);
-    let stl = stl_io::read_stl(&mut file).ok()?;
-    Some(Mesh {
-        vertices: stl
-            .vertices
-            .iter()
-            .map(|v| [0, 1, 2].map(|i| f64::from(v[i])))
-            .collect(),
-        triangles: stl
-            .faces
-            .iter()
-            .map(|f| f.vertices.map(|i| i as u32))
-            .collect(),
     })
 }
 

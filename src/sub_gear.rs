@@ -171,6 +171,22 @@ impl Band {
         Ok(Band { law, teeth })
     }
 
+    /// A band whose teeth were traced elsewhere, `law` being what they started from.
+    ///
+    /// # Errors
+    /// The first flaw of a tooth by itself.
+    pub fn of(
+        grid: &Grid,
+        law: BandLaw,
+        teeth: Vec<Trace>,
+        margins: &Margins,
+    ) -> Result<Band, Flaw> {
+        for (j, tooth) in teeth.iter().enumerate() {
+            examine(grid, j, tooth, margins)?;
+        }
+        Ok(Band { law, teeth })
+    }
+
     /// Traces all teeth of `law`, raising the pressure angle of those that would cross their mates
     /// beside the contact: a steeper push parts the surfaces faster, at the price of less torque.
     ///
@@ -217,10 +233,16 @@ impl Band {
     }
 }
 
-/// Traces one tooth and checks what it must satisfy by itself: gap, cusp, fold.
+/// Traces one tooth and checks it: gap, cusp, fold.
 fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Trace, Flaw> {
     let tooth = trace(grid, j, law).ok_or(Flaw::Degenerate)?;
-    for c in &tooth {
+    examine(grid, j, &tooth, margins)?;
+    Ok(tooth)
+}
+
+/// Checks what a traced tooth must satisfy by itself.
+fn examine(grid: &Grid, j: usize, tooth: &Trace, margins: &Margins) -> Result<(), Flaw> {
+    for c in tooth {
         if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
             return Err(Flaw::Degenerate);
         }
@@ -232,11 +254,11 @@ fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Tra
         }
     }
     for gear in [Gear::Driver, Gear::Follower] {
-        if folds(grid, j, &tooth, gear, margins.bead_radius) {
+        if folds(grid, j, tooth, gear, margins.bead_radius) {
             return Err(Flaw::Fold);
         }
     }
-    Ok(tooth)
+    Ok(())
 }
 
 /// Contact point, normal into the material and tangent of station `i` of tooth `j` in the frame of

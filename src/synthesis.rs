@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::closure::{Wrench, measure, wrench};
-use crate::contact::{Contact, Grid, Trace, spline, trace};
+use crate::contact::{Contact, Grid, PaperBand, Trace, spline, trace};
 use crate::design::{
     ClosureSample, Design, FORMAT, Gear, Section, Station, SubGearPair, ToothPair,
 };
@@ -21,29 +21,45 @@ pub const STEPS: usize = 200;
 /// Control points of the exported locus splines.
 const CONTROL_POINTS: usize = 8;
 
+/// Chosen bands of either parameterisation.
+#[derive(Debug, Clone)]
+pub enum Bands {
+    /// Normal first.
+    Exact(Vec<BandLaw>),
+    /// Published splines.
+    Paper(Vec<PaperBand>),
+}
+
+/// Traces of all teeth of `bands`, with the design variables to be stored.
+fn trace_all(grid: &Grid, bands: &Bands) -> Result<Vec<(Vec<f64>, Vec<Trace>)>> {
+    let exact = |band: &BandLaw| {
+        let teeth = (0..grid.teeth.len())
+            .map(|j| {
+                trace(grid, j, &band.at(grid, j))
+                    .ok_or_else(|| Error::Internal(format!("tooth {} degenerates", j + 1)))
+            })
+            .collect::<Result<_>>()?;
+        Ok((band.to_parameters(), teeth))
+    };
+    match bands {
+        Bands::Exact(bands) => bands.par_iter().map(exact).collect(),
+        Bands::Paper(bands) => Ok(bands.iter().map(|b| (Vec::new(), b.traces(grid))).collect()),
+    }
+}
+
 /// Builds the design of `bands`; the recipe stays empty until the solids are built.
 ///
 /// # Errors
 /// [`Error::Internal`] when a band cannot be traced (the search only hands over bands that can).
-pub fn design(file: &MotionFile, motion: &Motion, bands: &[BandLaw]) -> Result<Design> {
+pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands) -> Result<Design> {
     let settings = &file.settings;
     let grid = Grid::new(motion, &settings.gear, STEPS);
-    let traces: Vec<Vec<Trace>> = bands
-        .par_iter()
-        .map(|band| {
-            (0..settings.gear.teeth)
-                .map(|j| {
-                    trace(&grid, j, &band.at(&grid, j))
-                        .ok_or_else(|| Error::Internal(format!("tooth {} degenerates", j + 1)))
-                })
-                .collect()
-        })
-        .collect::<Result<_>>()?;
-    let sub_gear_pairs = bands
-        .iter()
+    let (parameters, traces): (Vec<_>, Vec<_>) = trace_all(&grid, bands)?.into_iter().unzip();
+    let sub_gear_pairs = parameters
+        .into_iter()
         .zip(&traces)
-        .map(|(band, teeth)| SubGearPair {
-            parameters: band.to_parameters(),
+        .map(|(parameters, teeth)| SubGearPair {
+            parameters,
             teeth: teeth
                 .iter()
                 .enumerate()

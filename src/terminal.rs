@@ -1,5 +1,7 @@
 //! What the user sees while it works: progress bar, Ctrl-C, time limit, errors.
 
+use std::cell::Cell;
+use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,6 +14,8 @@ use mpcgear::search::Progress;
 /// Watches a design run: shows its progress and tells it when to stop.
 pub struct Watch {
     bar: ProgressBar,
+    /// Where there is no terminal to draw a bar on: the stage that was last written as a line.
+    lines: Option<Cell<&'static str>>,
     interrupted: Arc<AtomicBool>,
     started: Instant,
     limit: Option<Duration>,
@@ -40,6 +44,7 @@ impl Watch {
         }
         Watch {
             bar,
+            lines: (!quiet && !std::io::stderr().is_terminal()).then(|| Cell::new("")),
             interrupted,
             started: Instant::now(),
             limit: (limit_s > 0.0).then(|| Duration::from_secs_f64(limit_s)),
@@ -56,7 +61,7 @@ impl Watch {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Shows progress; stops on Ctrl-C, and the search (not what follows) at the time limit.
+    /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, and the search (not what follows) at the time limit.
     pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
         let best = progress
             .best_q
@@ -65,8 +70,13 @@ impl Watch {
             0 => String::new(),
             n => format!(", {n} usable bands"),
         };
-        self.bar
-            .set_message(format!("{}{count}{best}", progress.stage));
+        let message = format!("{}{count}{best}", progress.stage);
+        if let Some(last) = &self.lines
+            && last.replace(progress.stage) != progress.stage
+        {
+            eprintln!("{:7.1} s  {message}", self.seconds());
+        }
+        self.bar.set_message(message);
         self.bar.set_position((progress.done * 1000.0) as u64);
         let late = self
             .limit
@@ -75,6 +85,16 @@ impl Watch {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
+        }
+    }
+
+    /// Shows a step of a job that has no time limit; stops on Ctrl-C.
+    pub fn step(&self, what: &str, done: f64) -> ControlFlow<()> {
+        self.bar.set_message(what.to_owned());
+        self.bar.set_position((done * 1000.0) as u64);
+        match self.interrupted() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         }
     }
 

@@ -91,7 +91,8 @@ fn summary_has_the_agreed_keys() {
             "wall_seconds",
             "seed",
             "version",
-            "problems"
+            "problems",
+            "stopped"
         ]
     );
 }

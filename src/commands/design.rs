@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mpcgear::design::{Design, FORMAT, Section};
-use mpcgear::export::tables::Summary;
+use mpcgear::export::tables::{self, Summary};
 use mpcgear::export::{self, Source, folder};
 use mpcgear::motion::{Motion, MotionFile};
 use mpcgear::pipeline::{self, Outcome};
@@ -19,39 +19,27 @@ use crate::terminal::Watch;
 /// Designs, proves and writes; exit code 0, 3 or 130.
 ///
 /// # Errors
-/// Bad input and folders that cannot be written, before anything is computed; defects of ours.
+/// Bad input and folders that cannot be written, before anything is computed; motions that cannot be
+/// made, after their draft is written; an interrupt before there was a design; defects of ours.
 pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
-    let (mut file, motion) = MotionFile::read(&args.file)?;
+    let (mut file, motion) = MotionFile::read_draft(&args.file)?;
     override_settings(&mut file, args)?;
     folder::check_writable(&args.out)?;
+    folder::check_writable(&target(&args.out, false)?)?;
     let watch = Watch::new(cli.quiet || cli.json, file.settings.search.time_limit_s);
+    let motion = match motion {
+        Ok(motion) => motion,
+        Err(error) => return give_up(cli, args, (&file, None), error, &watch),
+    };
     let outcome = pipeline::run(&file, &motion, &mut |progress| watch.tell(progress));
     watch.finish();
     match outcome {
         Ok(outcome) => deliver(cli, args, &motion, &outcome, &watch),
-        Err(Error::Infeasible {
-            reason,
-            place,
-            hint,
-        }) => {
-            let mut draft = draft(&file);
-            draft.problems = vec![format!("{reason} ({place}); {hint}")];
-            let mut summary = Summary::of(&draft);
-            summary.wall_seconds = watch.seconds();
-            let source = Source {
-                design: &draft,
-                motion: &motion,
-                solids: None,
-            };
-            let written = write(&args.out, &export::files(&source, &summary)?, false)?;
-            show(cli, &summary, &written)?;
-            Err(Error::Infeasible {
-                reason,
-                place,
-                hint,
-            })
+        Err(Error::Interrupted) if !watch.interrupted() => {
+            let error = out_of_time(&file);
+            give_up(cli, args, (&file, Some(&motion)), error, &watch)
         }
-        Err(error) => Err(error),
+        Err(error) => give_up(cli, args, (&file, Some(&motion)), error, &watch),
     }
 }
 
@@ -65,16 +53,7 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
         Some(cli::Method::Paper) => search.method = Method::Paper,
         None => {}
     }
-    let method = search.method;
-    let mut problems = file.settings.problems(file.class);
-    if method == Method::Paper {
-        problems.push(mpcgear::Problem {
-            place: "search.method".into(),
-            what: "\"paper\" cannot be searched with yet, only solved band by band in the library"
-                .into(),
-            hint: "use \"exact\"".into(),
-        });
-    }
+    let problems = file.settings.problems(file.class);
     if problems.is_empty() {
         Ok(())
     } else {
@@ -95,16 +74,14 @@ fn deliver(
     let design = &outcome.design;
     let mut summary = Summary::of(design);
     summary.conjugation_residual_max = Some(outcome.residual);
-    if let Some(proof) = &outcome.proof {
+    if let Some(proof) = outcome.check.as_ref().and_then(|c| c.proof.as_ref()) {
         let overlap = proof.overlap_max_mm3();
         summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
         summary.escapes = Some(proof.escapes.len());
-        summary.wall_min_mm = Some(
-            proof
-                .wall_min_mm()
-                .unwrap_or(1.25 * design.settings.gear.minimum_wall_mm),
-        );
+        let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
+        summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
     }
+    summary.stopped = outcome.stop == StopReason::Stopped;
     summary.wall_seconds = watch.seconds();
     let source = Source {
         design,
@@ -112,23 +89,14 @@ fn deliver(
         solids: Some(&outcome.solids),
     };
     let mut files = export::files(&source, &summary)?;
+    let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
+    let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
     let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-    files.push(super::render::report_file(
-        design,
-        motion,
-        &outcome.solids,
-        outcome.proof.as_ref(),
-        &text,
-    )?);
+    files.push(super::report::page(&source, claims, (&paths, &text))?);
     let works = design.problems.is_empty();
-    let written = write(&args.out, &files, works)?;
-    show(cli, &summary, &written)?;
-    if outcome.stop == StopReason::Stopped && !watch.interrupted() {
-        say(
-            cli,
-            "the search was cut short by the time limit; more time may give a better design",
-        )?;
-    }
+    let target = target(&args.out, works)?;
+    folder::publish(&target, &files)?;
+    show(cli, &summary, &target)?;
     Ok(match (watch.interrupted(), works) {
         (true, _) => 130,
         (false, true) => 0,
@@ -136,16 +104,67 @@ fn deliver(
     })
 }
 
-/// Writes the files into `out`; a draft does not replace an existing design but goes beside it.
-fn write(out: &Path, files: &[export::File], works: bool) -> Result<PathBuf> {
-    let mut target = out.to_path_buf();
-    if !works && out.join("design.json").exists() {
-        let mut name = out.file_name().unwrap_or_default().to_os_string();
-        name.push(".draft");
-        target.set_file_name(name);
+/// Writes the draft of a motion that cannot be made and hands the error on; other errors leave nothing.
+fn give_up(
+    cli: &Cli,
+    args: &DesignArgs,
+    (file, motion): (&MotionFile, Option<&Motion>),
+    error: Error,
+    watch: &Watch,
+) -> Result<u8> {
+    if let Error::Infeasible {
+        reason,
+        place,
+        hint,
+    } = &error
+    {
+        let mut draft = draft(file);
+        draft.problems = vec![format!("{reason} ({place}); {hint}")];
+        let mut summary = Summary::of(&draft);
+        summary.wall_seconds = watch.seconds();
+        let files = match motion {
+            Some(motion) => export::files(
+                &Source {
+                    design: &draft,
+                    motion,
+                    solids: None,
+                },
+                &summary,
+            )?,
+            None => vec![
+                export::File::new("design.json", tables::design_json(&draft)?),
+                export::File::new("summary.json", tables::summary_json(&summary)?),
+            ],
+        };
+        let target = target(&args.out, false)?;
+        folder::publish(&target, &files)?;
+        show(cli, &summary, &target)?;
     }
-    folder::publish(&target, files)?;
-    Ok(target)
+    Err(error)
+}
+
+fn out_of_time(file: &MotionFile) -> Error {
+    Error::Infeasible {
+        reason: "the time limit ended the search before there was any design".into(),
+        place: format!("{} s of search", file.settings.search.time_limit_s),
+        hint: "allow more time (--max-time, search.time_limit_s)".into(),
+    }
+}
+
+/// Folder to write: `out`, but a draft does not replace an existing design, it goes beside it.
+fn target(out: &Path, works: bool) -> Result<PathBuf> {
+    if works || !out.join("design.json").exists() {
+        return Ok(out.to_path_buf());
+    }
+    // `.` and `..` have no name of their own.
+    let whole = if out.file_name().is_some() {
+        out.to_path_buf()
+    } else {
+        out.canonicalize().map_err(Error::io(out))?
+    };
+    let mut name = whole.file_name().unwrap_or_default().to_os_string();
+    name.push(".draft");
+    Ok(whole.with_file_name(name))
 }
 
 fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
@@ -172,6 +191,9 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
     );
     for problem in &summary.problems {
         text += &format!("  - {problem}\n");
+    }
+    if summary.stopped {
+        text += "stopped early: the best so far; more time may give a better design\n";
     }
     text += &format!("written: {}", written.display());
     say(cli, &text).map(|_| ())

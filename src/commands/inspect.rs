@@ -12,7 +12,7 @@ use crate::cli::{Cli, TableFormat};
 ///
 /// # Errors
 /// As [`load::analyse`].
-pub fn load(cli: &Cli, path: &Path, payload: Option<f64>) -> Result<u8> {
+pub fn load(cli: &Cli, path: &Path, (payload, _csv): (Option<f64>, bool)) -> Result<u8> {
     let (design, motion, _) = read_design(path)?;
     let mut carried = design.settings.load.clone();
     carried.mass_g = payload.unwrap_or(carried.mass_g);

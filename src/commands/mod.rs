@@ -1,8 +1,10 @@
 //! What each command does, from arguments to exit code.
 
+mod check;
 mod design;
 mod inspect;
 mod render;
+mod report;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,14 +23,7 @@ pub fn run(cli: &Cli) -> Result<u8> {
     match &cli.command {
         Command::Design(args) => design::run(cli, args),
         Command::New { class, file } => {
-            let mut open = std::fs::OpenOptions::new();
-            let mut new = open
-                .write(true)
-                .create_new(true)
-                .open(file)
-                .map_err(Error::io(file))?;
-            new.write_all(mpcgear::motion::starter(*class).as_bytes())
-                .map_err(Error::io(file))?;
+            create(file, &mpcgear::motion::starter(*class))?;
             say(
                 cli,
                 &format!(
@@ -38,11 +33,45 @@ pub fn run(cli: &Cli) -> Result<u8> {
             )
         }
         Command::Export(args) => render::export(cli, args),
-        Command::Report { folder, png } => render::report(cli, folder, png.as_deref()),
-        Command::Load { design, payload } => inspect::load(cli, design, *payload),
+        Command::Report { folder, png } => report::run(cli, folder, png.as_deref()),
+        Command::Check(args) => check::run(cli, args),
+        Command::Load {
+            design,
+            payload,
+            csv,
+        } => inspect::load(cli, design, (*payload, *csv)),
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
     }
+}
+
+/// Writes a file that must not be there yet.
+fn create(path: &Path, text: &str) -> Result<()> {
+    use std::io::{Error as IoError, ErrorKind};
+    let mut open = std::fs::OpenOptions::new();
+    let mut file = open
+        .write(true)
+        .create_new(true)
+        .open(path)
+        .map_err(|error| {
+            let parent = path
+                .parent()
+                .filter(|p| !p.as_os_str().is_empty())
+                .unwrap_or(Path::new("."));
+            let what = match error.kind() {
+                ErrorKind::AlreadyExists => {
+                    "exists already and is left as it is; choose another name".into()
+                }
+                ErrorKind::NotFound => format!("there is no folder {}", parent.display()),
+                _ => error.to_string(),
+            };
+            Error::io(path)(IoError::new(error.kind(), what))
+        })?;
+    file.write_all(text.as_bytes()).map_err(|error| {
+        // Whole or not at all; the first error is the one to report.
+        let _ = std::fs::remove_file(path);
+        Error::io(path)(error)
+    })
 }
 
 /// Writes a line for people to standard output; nothing when quiet or where JSON is wanted.

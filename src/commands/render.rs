@@ -1,16 +1,11 @@
-//! `export` and `report`: files from a finished design.
+//! `export`: files from a finished design.
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::{Path, PathBuf};
 
-use mpcgear::design::Design;
 use mpcgear::export::format::{self, Format};
-use mpcgear::export::report::ReportInput;
-use mpcgear::export::{File, Source, evidence, report};
-use mpcgear::motion::Motion;
+use mpcgear::export::{Source, report};
 use mpcgear::solid::assembly::Solids;
-use mpcgear::verify::Proof;
 use mpcgear::{Error, Problem, Result};
 
 use super::{json, print_out, read_design, say};
@@ -45,7 +40,7 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
         files.extend(format::render(&source, format, args.part.as_deref())?);
     }
     if !reports.is_empty() {
-        files.push(report_file(&design, &motion, &solids, None, "")?);
+        files.push(super::report::page(&source, &[], (&[], ""))?);
     }
     if out.as_os_str() == "-" {
         return to_standard_output(&files);
@@ -103,62 +98,4 @@ fn to_standard_output(files: &[File]) -> Result<u8> {
         }
         _ => Ok(0),
     }
-}
-
-/// Writes `report.html` of an output folder again, or pictures.
-///
-/// # Errors
-/// Designs that cannot be read or built, files that cannot be written.
-pub fn report(cli: &Cli, folder: &Path, png: Option<&Path>) -> Result<u8> {
-    let (design, motion, file) = read_design(folder)?;
-    let solids = Solids::build(&design, &motion)?;
-    if let Some(pictures) = png {
-        let written = with_report(&design, &motion, (&solids, None, ""), |input| {
-            report::write_pictures(input, pictures)
-        })?;
-        for path in written {
-            say(cli, &path.display().to_string())?;
-        }
-        return Ok(0);
-    }
-    let page = report_file(&design, &motion, &solids, None, "")?;
-    let path = file.with_file_name(&page.path);
-    report::write_whole(&path, &page.bytes)?;
-    say(cli, &format!("written: {}", path.display()))
-}
-
-/// `report.html` of a design.
-///
-/// # Errors
-/// [`Error::Internal`] when the template fails.
-pub fn report_file(
-    design: &Design,
-    motion: &Motion,
-    solids: &Solids,
-    proof: Option<&Proof>,
-    motion_file: &str,
-) -> Result<File> {
-    with_report(design, motion, (solids, proof, motion_file), |input| {
-        Ok(File::new(
-            PathBuf::from("report.html"),
-            report::html(input)?,
-        ))
-    })
-}
-
-fn with_report<T>(
-    design: &Design,
-    motion: &Motion,
-    (solids, proof, motion_file): (&Solids, Option<&Proof>, &str),
-    make: impl FnOnce(&ReportInput) -> Result<T>,
-) -> Result<T> {
-    let source = Source {
-        design,
-        motion,
-        solids: Some(solids),
-    };
-    let residual = mpcgear::synthesis::conjugation_residual(design, motion);
-    let claims = evidence::claims(&source, proof, residual);
-    let evidence = evidence::Evidence::gather(&source, claims, &[])?;
-    make(&evidence.input(&source, motion_file))
 }

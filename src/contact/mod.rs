@@ -3,6 +3,7 @@
 mod normal_first;
 pub mod paper;
 pub mod paper_band;
+mod paper_finish;
 mod plane;
 pub mod spline;
 

@@ -61,6 +61,7 @@ pub struct BandModel {
     /// Weights of the energies; zero leaves a term out.
     pub weights: Energies,
     teeth: Vec<ToothModel>,
+    side: f64,
     center_distance: f64,
     /// Least distance between bead axes of neighbouring teeth, mm.
     spacing: f64,
@@ -98,6 +99,7 @@ impl BandModel {
                 para: 1.0,
             },
             teeth,
+            side: start.side.signum(),
             center_distance: grid.center_distance,
             spacing: gear.tooth_thickness_mm
                 + settings.fit.safety_gap_mm
@@ -391,6 +393,14 @@ impl BandModel {
         self.width / self.center_distance + scale * apart.dot(&a.normal)
     }
 
+    /// `x` with every tooth made conjugate that can be: see [`ToothModel::finish`].
+    pub fn finish(&self, x: &[f64], tolerance: f64) -> Vec<f64> {
+        let teeth = self.teeth.iter().zip(self.split(x));
+        teeth
+            .flat_map(|(tooth, x)| tooth.finish(x, tolerance).unwrap_or_else(|| x.to_vec()))
+            .collect()
+    }
+
     /// The band at the variables `x`.
     pub fn band(&self, x: &[f64]) -> PaperBand {
         let teeth: Vec<PaperTooth> = self
@@ -418,6 +428,7 @@ impl BandModel {
                 })
         };
         PaperBand {
+            side: self.side,
             residual_rolling: worst(|c| c.n.dot(&(c.t1 - c.t2)).abs()),
             residual_tangent: worst(|c| c.n.dot(&c.t2).abs()),
             energies: self.energies(x, &mut vec![0.0; x.len()]),
@@ -442,6 +453,8 @@ pub struct PaperTooth {
 pub struct PaperBand {
     /// The J tooth pairs.
     pub teeth: Vec<PaperTooth>,
+    /// Turning side: +1 or −1, the sign of n_y at θ = 0.
+    pub side: f64,
     /// Largest |n·v_rel| over all contacts, mm/rad: what the penalty has left.
     pub residual_rolling: f64,
     /// Largest |n·T²| over all contacts, mm/rad: zero to round-off by construction.

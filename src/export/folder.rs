@@ -102,10 +102,13 @@ fn staging(folder: &Path) -> Result<TempDir> {
             what,
         )));
     }
-    tempfile::Builder::new()
-        .prefix(PREFIX)
-        .tempdir_in(place)
-        .map_err(Error::io(folder))
+    let made = tempfile::Builder::new().prefix(PREFIX).tempdir_in(place);
+    made.map_err(|error| {
+        // Without the name of the temporary folder, which means nothing to the user.
+        let cause = std::error::Error::source(&error).map_or(error.to_string(), |e| e.to_string());
+        let what = format!("nothing can be written in {}: {cause}", place.display());
+        Error::io(folder)(IoError::new(error.kind(), what))
+    })
 }
 
 fn refuse_foreign(folder: &Path) -> Result<()> {

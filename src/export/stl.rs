@@ -1,7 +1,45 @@
-//! Binary STL.
+//! STL: binary out, binary and ASCII in.
+
+use std::io::Cursor;
+use std::path::Path;
 
 use crate::solid::Mesh;
-use crate::{Error, Result};
+use crate::{Error, Problem, Result};
+
+/// Reads an STL file, ASCII or binary, mm; corners at the same place become one vertex.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read, [`Error::Input`] when it is no STL file.
+pub fn read(path: &Path) -> Result<Mesh> {
+    let mut bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let wrong = |what: String| {
+        let hint = "export the part as STL, ASCII or binary, in mm";
+        Error::input(path, vec![Problem::new("STL", what, hint)])
+    };
+    // Some programs begin binary files with the word that marks ASCII ones; the length tells.
+    let count = bytes.get(80..84).and_then(|n| <[u8; 4]>::try_from(n).ok());
+    let binary = count.is_some_and(|n| bytes.len() == 84 + 50 * u32::from_le_bytes(n) as usize);
+    if binary {
+        bytes[..5].fill(b' ');
+    } else if !bytes.starts_with(b"solid") {
+        return Err(wrong(
+            "is neither ASCII nor binary STL of the length it states".into(),
+        ));
+    }
+    let stl = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;
+    Ok(Mesh {
+        vertices: stl
+            .vertices
+            .iter()
+            .map(|v| [0, 1, 2].map(|i| f64::from(v[i])))
+            .collect(),
+        triangles: stl
+            .faces
+            .iter()
+            .map(|f| f.vertices.map(|i| i as u32))
+            .collect(),
+    })
+}
 
 /// The mesh as binary STL, mm. Corners are rounded to f32; triangles that the rounding makes
 /// degenerate keep their place, so that the surface stays closed.

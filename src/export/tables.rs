@@ -46,6 +46,9 @@ pub struct Summary {
     pub version: String,
     /// Why it is not a working gear; empty when it is.
     pub problems: Vec<String>,
+    /// Whether Ctrl-C or the time limit ended the work early: the best so far, not all that was planned.
+    #[serde(default)]
+    pub stopped: bool,
 }
 
 impl Summary {
@@ -81,6 +84,7 @@ impl Summary {
             seed: design.settings.search.seed,
             version: env!("CARGO_PKG_VERSION").into(),
             problems: design.problems.clone(),
+            stopped: false,
         }
     }
 }

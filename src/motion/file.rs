@@ -34,9 +34,19 @@ impl MotionFile {
     /// # Errors
     /// [`Error::Io`] if the file cannot be read; otherwise as [`MotionFile::parse`].
     pub fn read(path: &Path) -> Result<(MotionFile, Motion)> {
+        let (file, motion) = MotionFile::read_draft(path)?;
+        Ok((file, motion?))
+    }
+
+    /// Like [`MotionFile::read`], but a good file with a motion that cannot be that of a gear is
+    /// still returned, with [`Error::Infeasible`] in place of the motion.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if the file cannot be read, [`Error::Input`] if it is no good.
+    pub fn read_draft(path: &Path) -> Result<(MotionFile, Result<Motion>)> {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
-        MotionFile::parse(&text, path, folder)
+        MotionFile::understand(&text, path, folder)
     }
 
     /// Checks the `text` of a motion file; `path` is what errors call it, files it refers to are
@@ -46,6 +56,11 @@ impl MotionFile {
     /// [`Error::Input`] with all problems found, [`Error::Infeasible`] if all is well but the
     /// motion cannot be that of a gear, [`Error::Io`] if a file it refers to cannot be read.
     pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<(MotionFile, Motion)> {
+        let (file, motion) = MotionFile::understand(text, path, folder)?;
+        Ok((file, motion?))
+    }
+
+    fn understand(text: &str, path: &Path, folder: &Path) -> Result<(MotionFile, Result<Motion>)> {
         let document =
             Document::parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
         let table = &document.table;
@@ -61,9 +76,7 @@ impl MotionFile {
                     problems.extend(list);
                     None
                 }
-                Err(error) if problems.is_empty() => return Err(error),
-                Err(_) => None,
-                Ok(motion) => Some(motion),
+                other => Some(other),
             },
             _ => None,
         };

@@ -114,7 +114,11 @@ impl Workshop {
             .collect()
     }
 
-    fn check_spacing(&self, band: Band) -> Result<Band, Flaw> {
+    /// Whether neighbouring teeth keep their distance; the band if they do.
+    ///
+    /// # Errors
+    /// [`Flaw::Spacing`].
+    pub(super) fn check_spacing(&self, band: Band) -> Result<Band, Flaw> {
         let tight = [Gear::Driver, Gear::Follower]
             .into_iter()
             .any(|gear| self.is_tight(&band, gear));

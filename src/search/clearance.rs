@@ -200,8 +200,19 @@ impl Scene {
         away.min(turn - away) < MESH_WINDOW
     }
 
-    /// Driver balls against the follower's hub (an endless cylinder) and the socket ring.
+    /// Driver balls against the follower's hub (an endless cylinder) and the socket ring, and within the
+    /// driver's reach.
     fn clear_of_follower_hub(&self, driver: &[Ball]) -> Result<(), Flaw> {
+        let (axis, reach) = (
+            self.axis(Gear::Driver),
+            REACH * self.center_distance - self.gap,
+        );
+        if driver
+            .iter()
+            .any(|b| (b.centre - axis).xy().norm() + b.radius > reach)
+        {
+            return Err(Flaw::Hub);
+        }
         let hub = self.envelope.follower_hub_radius + self.gap;
         for phase in &self.phases {
             for ball in driver.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
@@ -244,7 +255,7 @@ impl Scene {
     fn sweep(&self, follower: &[Ball]) -> Result<Sweep, Flaw> {
         let axis = self.axis(Gear::Driver);
         let hub = self.envelope.driver_hub_radius + self.gap;
-        let reach = 0.76 * self.center_distance;
+        let reach = REACH * self.center_distance;
         let mut sweep = Sweep {
             points: Vec::new(),
             low: f32::MAX,
@@ -257,7 +268,7 @@ impl Scene {
                 if radius < hub + ball.radius {
                     return Err(Flaw::Hub);
                 }
-                if radius < reach {
+                if radius < reach + ball.radius {
                     let z = q.z as f32;
                     sweep.low = sweep.low.min(z - ball.radius as f32);
                     sweep.high = sweep.high.max(z + ball.radius as f32);
@@ -386,6 +397,10 @@ const SINK: f64 = 0.01;
 
 /// Least gap between a bead and its mate's rib, mm.
 const RIB_GAP: f64 = 0.06;
+
+/// Driver teeth end within this share of L from their axis; what of the follower stays outside needs
+/// no test.
+const REACH: f64 = 0.84;
 
 /// Teeth further than this from their contact are behind their gear, rad.
 const MESH_WINDOW: f64 = 1.3;

@@ -4,6 +4,7 @@
 pub mod candidates;
 pub mod clearance;
 mod paper;
+pub mod paper_search;
 pub mod polish;
 pub mod select;
 pub mod slsqp;
@@ -33,15 +34,20 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Whether bands are still being searched for; what follows (solids, proof) is of bounded length.
+    /// Whether bands are still being searched for, or chosen anew after a failed proof; what else
+    /// follows (solids, proof) is of bounded length.
     pub fn is_search(&self) -> bool {
-        [CANDIDATES, COMBINING, POLISH].contains(&self.stage)
+        [CANDIDATES, SOLVING, COMBINING, POLISH, FALLBACK].contains(&self.stage)
     }
 }
 
 const CANDIDATES: &str = "candidate bands";
+/// The published formulation only.
+const SOLVING: &str = "solving bands";
 const COMBINING: &str = "combining bands";
 const POLISH: &str = "polish";
+/// Going on to the next best choice after the proof refused one.
+pub(crate) const FALLBACK: &str = "next best choice";
 
 /// Told about progress; `Break` stops the search, which then returns the best it has.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;

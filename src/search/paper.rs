@@ -1,8 +1,9 @@
 //! Solves a band of the published formulation.
 
 use super::slsqp::{Evaluation, Limits, Program, Report, Start, StopReason, minimise};
-use crate::contact::Grid;
-use crate::contact::paper_band::{BandModel, BandStart, PaperBand};
+use crate::contact::paper::ToothModel;
+use crate::contact::paper_band::{BandModel, BandStart, PaperBand, PaperTooth};
+use crate::contact::{Grid, Node, Trace};
 use crate::motion::Motion;
 use crate::settings::Settings;
 use crate::{Error, Result};
@@ -26,7 +27,7 @@ impl PaperBand {
     /// Solves Eq. 10 for one band of `motion` from `start`.
     ///
     /// The report says whether the constraints hold (`worst_violation`, per L) and why the solver
-    /// stopped; the band says how well it conjugates. Neither is an error here: the caller compares
+    /// stopped; the band, finished tooth by tooth where that is possible, says how well it conjugates. Neither is an error here: the caller compares
     /// [`PaperBand::residual_max`] with its tolerance. Contacts are given at 33 stations a
     /// tooth; residuals are taken there and half-way between, where nothing was optimised.
     ///
@@ -63,7 +64,8 @@ impl PaperBand {
             }),
             StopReason::Panicked => Err(Error::Internal("band energy panicked".into())),
             _ => Ok(report.map(|x| {
-                let mut band = BandModel::new(&grid, settings, start, 1).band(&x);
+                let fine = BandModel::new(&grid, settings, start, 1);
+                let mut band = fine.band(&fine.finish(&x, FINISH));
                 for tooth in &mut band.teeth {
                     tooth.trace = tooth.trace.iter().step_by(2).copied().collect();
                 }
@@ -71,7 +73,22 @@ impl PaperBand {
             })),
         }
     }
+
+    /// Contacts of all teeth at the stations of `grid`, which has to be of the same motion and gear.
+    pub fn traces(&self, grid: &Grid) -> Vec<Trace> {
+        let trace = |(nodes, tooth): (&Vec<Node>, &PaperTooth)| {
+            let control = (tooth.control_points.len(), tooth.angles.len());
+            let stations = nodes.iter().step_by(2).copied();
+            let points = tooth.control_points.iter().flat_map(|p| [p.x, p.y, p.z]);
+            let x: Vec<f64> = points.chain(tooth.angles.iter().copied()).collect();
+            ToothModel::new(stations, self.side, 1.0, control).contacts(&x)
+        };
+        grid.teeth.iter().zip(&self.teeth).map(trace).collect()
+    }
 }
 
 /// Contact stations a tooth.
 const STATIONS: usize = 33;
+
+/// |n·T¹| aimed at where the splines can be conjugate, mm/rad.
+const FINISH: f64 = 1e-9;

@@ -5,7 +5,7 @@ use manifold_rust::manifold::Manifold;
 use manifold_rust::types::{BooleanEngine, Error as Status, MeshGLP, OpType};
 use nalgebra::{Matrix3, Vector3};
 
-use super::Mesh;
+use super::{Mesh, slivers};
 use crate::{Error, Result};
 
 /// Triangles and edges smaller than this are seams of the booleans and are taken out of finished
@@ -120,7 +120,7 @@ impl Solid {
             .collect();
         pieces.sort_by(|a, b| b.volume().abs().total_cmp(&a.volume().abs()));
         let mut pieces = pieces.into_iter();
-        let Some(mesh) = pieces.next() else {
+        let Some(mut mesh) = pieces.next() else {
             return Err(Error::Internal(format!("{name}: the solid is empty")));
         };
         if let Some(loose) = pieces.find(|piece| piece.volume().abs() > CRUMB) {
@@ -139,6 +139,7 @@ impl Solid {
         if mesh.volume() <= 0.0 {
             return Err(Error::Internal(format!("{name}: the solid is inside out")));
         }
+        slivers::remove(&mut mesh);
         Ok(mesh)
     }
 

@@ -16,6 +16,7 @@ pub mod primitive;
 pub mod recipe;
 pub mod rib;
 pub mod section;
+mod slivers;
 mod support;
 pub mod sweep;
 

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::claim::{Bound, Claim, tooth_place};
+use super::claim::{Bound, Claim, Spot};
 use crate::design::{Design, Gear, Station, ToothPair};
 use crate::motion::{Motion, MotionState};
 
@@ -29,13 +29,14 @@ impl Worst {
         }
     }
 
-    fn place(&self) -> String {
-        tooth_place(self.at.0, self.at.1, self.at.2)
+    fn place(&self) -> Spot {
+        let (phi, k, j) = self.at;
+        Spot::phase(phi).on(Some((k, j)))
     }
 }
 
-/// Claims about every tooth pair of `design` under `motion`.
-pub(super) fn claims(design: &Design, motion: &Motion) -> Vec<Claim> {
+/// Claims about every tooth pair of `design` under `motion`; `q_min` is the smallest Q of its contacts.
+pub(super) fn claims(design: &Design, motion: &Motion, q_min: f64) -> Vec<Claim> {
     let none = Worst {
         value: f64::NEG_INFINITY,
         at: (0.0, 0, 0),
@@ -139,14 +140,14 @@ pub(super) fn claims(design: &Design, motion: &Motion) -> Vec<Claim> {
         )
         .at(tangent.place()),
     );
-    claims.push(kinematic_error(design, (point.value, sliding)));
+    claims.push(kinematic_error(design, q_min, (point.value, sliding)));
     claims
 }
 
 /// What the residuals add up to at the follower: at worst the flanks are off by the point error and
 /// approach at the worst rate for half a contact interval; the least favourable direction of the
 /// follower answers with error/Q.
-fn kinematic_error(design: &Design, (point, sliding): (f64, Worst)) -> Claim {
+fn kinematic_error(design: &Design, q: f64, (point, sliding): (f64, Worst)) -> Claim {
     let length = design
         .sub_gear_pairs
         .iter()
@@ -154,11 +155,6 @@ fn kinematic_error(design: &Design, (point, sliding): (f64, Worst)) -> Claim {
         .map(|t| t.phi_end - t.phi_start)
         .fold(0.0, f64::max);
     let flank = 2.0 * point + 0.5 * length * sliding.value;
-    let q = design
-        .closure
-        .iter()
-        .map(|s| s.q)
-        .fold(f64::INFINITY, f64::min);
     let follower = if q > 0.0 { flank / q } else { f64::NAN };
     // 0.1 µm on the flank and one second of arc (or 5 nm along z) at the follower.
     let holds = flank <= 1e-4 && follower <= 5e-6;
@@ -175,6 +171,7 @@ fn kinematic_error(design: &Design, (point, sliding): (f64, Worst)) -> Claim {
         ),
         "≤ 0.1 µm, ≤ 1 arc second",
     )
+    .measured(flank * 1e3, "µm", 0.1)
     .at(sliding.place())
 }
 

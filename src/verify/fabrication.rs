@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::claim::Claim;
+use super::claim::{Claim, Spot};
 use crate::solid::Mesh;
 
 /// The printer that pieces have to suit.
@@ -12,7 +12,7 @@ pub struct Printer {
     pub volume_mm: [f64; 3],
     /// How far a printed surface may lie outside its place, mm. Default 0.03.
     pub tolerance_mm: f64,
-    /// Faces flatter than this above the horizontal need support, deg. Default 45.
+    /// Faces that lean farther than this from upright need support, deg. Default 45.
     pub overhang_deg: f64,
 }
 
@@ -48,32 +48,63 @@ pub(super) fn claims<'a>(
                 &format!("≤ {x:.0} × {y:.0} × {z:.0} mm"),
             ),
         );
-        let area = overhang(mesh, printer.overhang_deg);
-        let name = format!("overhangs of {name}");
-        let meaning =
-            "how much of the piece hangs in the air: support material for a filament printer";
-        let limit = format!("known (steeper than {:.0}° counts)", printer.overhang_deg);
-        claims.push(match area {
-            a if a.is_finite() => {
-                Claim::new(name, meaning).say(true, format!("{a:.0} mm²"), &limit)
-            }
-            _ => Claim::new(name, meaning).undecided("not a number"),
-        });
+        let limit = printer.overhang_deg;
+        let hanging = Overhang::of(mesh, limit);
+        claims.push(
+            Claim::new(
+                format!("overhangs of {name}"),
+                "how much of the piece hangs in the air: support material for a filament printer",
+            )
+            .say(
+                hanging.area_mm2.is_finite(),
+                match hanging.area_mm2 {
+                    0.0 => format!("none beyond {limit:.0}°"),
+                    area if area.is_finite() => {
+                        format!("{area:.0} mm² up to {:.0}°", hanging.steepest_deg)
+                    }
+                    _ => "undecided: not a number".into(),
+                },
+                &format!("known (beyond {limit:.0}° from upright counts)"),
+            )
+            .measured(hanging.area_mm2, "mm²", f64::INFINITY)
+            .at(Spot {
+                at_mm: hanging.at,
+                ..Spot::default()
+            }),
+        );
     }
     claims
 }
 
-/// Area of the faces that look down flatter than `limit_deg` and are off the bed, mm².
-fn overhang(mesh: &Mesh, limit_deg: f64) -> f64 {
-    let flat = limit_deg.to_radians().cos();
-    mesh.triangles
-        .iter()
-        .map(|t| {
+/// Faces of a piece that look down too flatly to be printed without support.
+#[derive(Debug, Clone, Copy, Default)]
+struct Overhang {
+    area_mm2: f64,
+    /// Angle from upright of the flattest of them: 90 is a ceiling, deg.
+    steepest_deg: f64,
+    /// The middle of that face.
+    at: Option<[f64; 3]>,
+}
+
+impl Overhang {
+    /// Faces leaning more than `limit_deg` from upright that are off the bed.
+    fn of(mesh: &Mesh, limit_deg: f64) -> Overhang {
+        let mut found = Overhang::default();
+        for t in &mesh.triangles {
             let [a, b, c] = t.map(|i| mesh.vertex(i));
             let area: Vector3<f64> = (b - a).cross(&(c - a)) / 2.0;
+            let size = area.norm();
             let on_bed = a.z.max(b.z).max(c.z) < 0.1;
-            let hangs = -area.z > flat * area.norm() && !on_bed;
-            if hangs { area.norm() } else { 0.0 }
-        })
-        .sum()
+            let lean = (-area.z / size).clamp(-1.0, 1.0).asin().to_degrees();
+            if size == 0.0 || on_bed || lean <= limit_deg {
+                continue;
+            }
+            found.area_mm2 += size;
+            if !(lean <= found.steepest_deg) {
+                found.steepest_deg = lean;
+                found.at = Some(((a + b + c) / 3.0).into());
+            }
+        }
+        found
+    }
 }

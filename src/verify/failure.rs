@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::claim::{Claim, Spot};
 use super::mechanism::Mechanism;
 use super::overlap::{PairProof, Place};
 use crate::design::{Design, Gear};
@@ -55,6 +56,23 @@ pub struct Recognised {
     pub follower_tooth: Option<(usize, usize)>,
 }
 
+/// The claim that a recognised failure refutes.
+pub(super) fn claim(found: &Recognised) -> Claim {
+    let name = |tooth: Option<(usize, usize)>| {
+        tooth.map_or("no tooth".into(), |(k, j)| {
+            format!("pair {} tooth {}", k + 1, j + 1)
+        })
+    };
+    let (driver, follower) = (found.driver_tooth, found.follower_tooth);
+    Claim::new("known failure", &found.failure.to_string())
+        .say(
+            false,
+            format!("driver: {}, follower: {}", name(driver), name(follower)),
+            "none of the known failures",
+        )
+        .at(Spot::from(found.place).on(driver.or(follower)))
+}
+
 /// Names the failure behind each pair of bodies that overlaps.
 pub(super) fn recognise(
     design: &Design,
@@ -94,7 +112,11 @@ pub(super) fn recognise(
 }
 
 /// Sub-gear pair and tooth whose contact curve on `gear` comes nearest to `p` (body frame).
-fn nearest_tooth(design: &Design, gear: Gear, p: Vector3<f64>) -> Option<(usize, usize)> {
+pub(super) fn nearest_tooth(
+    design: &Design,
+    gear: Gear,
+    p: Vector3<f64>,
+) -> Option<(usize, usize)> {
     let mut best = (TOOTH_REACH, None);
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
         for (j, tooth) in pair.teeth.iter().enumerate() {

@@ -1,9 +1,14 @@
 //! Are the joints what they should be: the follower held by its ball or pin, and free to be put in.
 
-use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::TAU;
 
-use super::claim::Claim;
+use nalgebra::{DVector, Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::claim::{Claim, Spot};
 use super::collide::Placed;
+use super::escape::displacement;
+use super::hold::Play;
 use super::mechanism::Mechanism;
 use super::overlap::Part;
 use crate::motion::{Class, Pose};
@@ -12,11 +17,27 @@ use crate::solid::assembly::Carrier;
 /// Phases at which putting in is tried.
 const PHASES: usize = 36;
 
-/// Claims about the joints; `play` is the radial play of the joints, mm.
-pub(super) fn claims(parts: &[Part], mechanism: &Mechanism, play: f64) -> Vec<Claim> {
-    let mut claims = vec![retained(parts, mechanism, play)];
+/// Phases at which joints are pulled at.
+const HOLD_PHASES: usize = 12;
+
+/// Claims about the joints; `joint_play` is the radial play of the joints, mm, `play` what the teeth
+/// leave the follower.
+pub(super) fn claims(
+    parts: &[Part],
+    mechanism: &Mechanism,
+    (joint_play, play): (f64, &[Play]),
+) -> Vec<Claim> {
+    let mut claims = vec![follower_retained(parts, mechanism, joint_play)];
+    if mechanism.motion.class() == Class::R3T1 {
+        claims.push(slider_guided(parts, mechanism, joint_play));
+    }
+    claims.push(leaning(parts, mechanism, play));
     claims.push(insertion(parts, mechanism));
     claims
+}
+
+fn phases(count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |i| TAU * i as f64 / count as f64)
 }
 
 fn shift(by: Vector3<f64>) -> Pose {
@@ -33,58 +54,116 @@ fn compose(outer: &Pose, inner: &Pose) -> Pose {
     }
 }
 
-/// Whether the follower, moved by `by` at `phi`, touches `other`.
-fn touches(
-    (follower, other): (&Part, &Part),
-    mechanism: &Mechanism,
-    (phi, by): (f64, Vector3<f64>),
-) -> bool {
-    let moved = compose(&shift(by), &mechanism.pose(Carrier::Follower, phi));
-    let seen = mechanism.pose(other.body.carrier, phi).inverse_mul(&moved);
-    Placed::new(&other.tree, &follower.tree, seen)
+/// Whether `moved`, displaced by `by` (Σ) from where it is at `phi`, touches `other`.
+fn touches((moved, other): (&Part, &Part), mechanism: &Mechanism, (phi, by): (f64, &Pose)) -> bool {
+    let displaced = compose(by, &mechanism.pose(moved.body.carrier, phi));
+    let seen = mechanism
+        .pose(other.body.carrier, phi)
+        .inverse_mul(&displaced);
+    Placed::new(&other.tree, &moved.tree, seen)
         .touch(None)
         .is_some()
 }
 
+fn find<'a, 'b>(parts: &'a [Part<'b>], carrier: Carrier) -> Option<&'a Part<'b>> {
+    parts.iter().find(|p| p.body.carrier == carrier)
+}
+
 /// Pulled in any direction that the joint forbids, the follower must meet what holds it.
-fn retained(parts: &[Part], mechanism: &Mechanism, play: f64) -> Claim {
+fn follower_retained(parts: &[Part], mechanism: &Mechanism, play: f64) -> Claim {
     let claim = Claim::new(
         "joint holds the follower",
         "the follower cannot be pulled out of its joint",
     );
-    let class = mechanism.motion.class();
-    let holder = if class == Class::R3T1 {
-        Carrier::Slider
-    } else {
-        Carrier::Support
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    let directions = match mechanism.motion.class() {
+        Class::R1T1 => vec![x, -x, y, -y],
+        _ => vec![x, -x, y, -y, z, -z],
     };
-    let find = |c: Carrier| parts.iter().find(|p| p.body.carrier == c);
-    let (Some(follower), Some(holder)) = (find(Carrier::Follower), find(holder)) else {
-        return claim.undecided("the body that holds the follower is missing");
+    let holder = match mechanism.motion.class() {
+        Class::R3T1 => Carrier::Slider,
+        _ => Carrier::Support,
     };
-    let mut directions = vec![Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()];
-    if class != Class::R1T1 {
-        directions.extend([Vector3::z(), -Vector3::z()]);
-    }
+    let bodies = (find(parts, Carrier::Follower), find(parts, holder));
+    stopped(claim, bodies, mechanism, (&directions, play))
+}
+
+/// The slider that carries the ball must have nowhere to go but along its guide.
+fn slider_guided(parts: &[Part], mechanism: &Mechanism, play: f64) -> Claim {
+    let claim = Claim::new(
+        "guide holds the slider",
+        "the slider can move along its guide only, at every height of the motion",
+    );
+    let (x, y) = (Vector3::x(), Vector3::y());
+    let bodies = (find(parts, Carrier::Slider), find(parts, Carrier::Support));
+    stopped(claim, bodies, mechanism, (&[x, -x, y, -y], play))
+}
+
+/// Decides whether a body pulled in each of `directions` is stopped by its holder, all round the turn.
+fn stopped(
+    claim: Claim,
+    bodies: (Option<&Part>, Option<&Part>),
+    mechanism: &Mechanism,
+    (directions, play): (&[Vector3<f64>], f64),
+) -> Claim {
+    let (Some(held), Some(holder)) = bodies else {
+        return claim.undecided("the bodies of the joint are not all there");
+    };
     // Twice the play closes any joint of that play, facets included.
     let size = 2.0 * play + 0.1;
-    let free = directions
-        .iter()
-        .find(|&d| !touches((follower, holder), mechanism, (0.0, d * size)));
+    let free = phases(HOLD_PHASES).find_map(|phi| {
+        let loose =
+            |d: &&Vector3<f64>| !touches((held, holder), mechanism, (phi, &shift(**d * size)));
+        Some((phi, directions.iter().find(loose)?))
+    });
     match free {
         None => claim.say(
             true,
             format!("stopped within {size:.2} mm on all sides"),
             "stopped",
         ),
-        Some(d) => claim.say(
-            false,
-            format!(
-                "free to move {size:.2} mm towards ({:.0}, {:.0}, {:.0})",
-                d.x, d.y, d.z
-            ),
-            "stopped",
-        ),
+        Some((phi, d)) => claim
+            .say(false, format!("free to move {size:.2} mm"), "stopped")
+            .at(Spot::phase(phi).towards(d.as_slice())),
+    }
+}
+
+/// Under load, and when the motor turns back, the follower leans to the end of its play: nothing but
+/// the driver may be in its way there.
+fn leaning(parts: &[Part], mechanism: &Mechanism, play: &[Play]) -> Claim {
+    let claim = Claim::new(
+        "room for the play",
+        "leaning to either end of its play, as turning back makes it, the follower touches teeth only",
+    );
+    let Some(follower) = find(parts, Carrier::Follower) else {
+        return claim.undecided("the follower is missing");
+    };
+    let others: Vec<&Part> = parts
+        .iter()
+        .filter(|p| !matches!(p.body.carrier, Carrier::Follower | Carrier::Driver))
+        .collect();
+    let class = mechanism.motion.class();
+    let known: Vec<(&Play, f64)> = play.iter().filter_map(|p| Some((p, p.distance?))).collect();
+    if known.is_empty() {
+        return claim.undecided("the play could not be measured");
+    }
+    let hits: Vec<Option<&Play>> = known
+        .par_iter()
+        .map(|&(p, distance)| {
+            let u = DVector::from_column_slice(&p.direction) * distance;
+            let by = displacement(class, &u, mechanism.motion.joint_centre(p.phi));
+            others
+                .iter()
+                .any(|other| touches((follower, other), mechanism, (p.phi, &by)))
+                .then_some(p)
+        })
+        .collect();
+    let hits: Vec<&Play> = hits.into_iter().flatten().collect();
+    let figure = format!("{} of {} touch something", hits.len(), known.len());
+    let claim = claim.say(hits.is_empty(), figure, "0");
+    match hits.first() {
+        Some(p) => claim.at(Spot::phase(p.phi).towards(&p.direction)),
+        None => claim,
     }
 }
 
@@ -95,25 +174,25 @@ fn insertion(parts: &[Part], mechanism: &Mechanism) -> Claim {
         "assembly",
         "the follower can be slid into mesh with the driver in place",
     );
-    let find = |c: Carrier| parts.iter().find(|p| p.body.carrier == c);
-    let (Some(follower), Some(driver)) = (find(Carrier::Follower), find(Carrier::Driver)) else {
+    let (Some(follower), Some(driver)) =
+        (find(parts, Carrier::Follower), find(parts, Carrier::Driver))
+    else {
         return claim.undecided("driver or follower is missing");
     };
     let away = mechanism.center_distance;
     let steps: Vec<f64> = (1..=100)
         .map(|i| away * (f64::from(i) / 100.0).powi(2))
         .collect();
-    let free = (0..PHASES)
-        .map(|i| std::f64::consts::TAU * i as f64 / PHASES as f64)
-        .find(|&phi| {
-            steps
-                .iter()
-                .all(|&s| !touches((follower, driver), mechanism, (phi, Vector3::x() * s)))
-        });
+    let free = phases(PHASES).find(|&phi| {
+        steps.iter().all(|&s| {
+            let out = shift(Vector3::x() * s);
+            !touches((follower, driver), mechanism, (phi, &out))
+        })
+    });
     match free {
         Some(phi) => claim
             .say(true, "slides in along −x", "a way in")
-            .at(format!("φ = {:.0}°", phi.to_degrees())),
+            .at(Spot::phase(phi)),
         None => claim.say(
             false,
             format!("blocked at all of {PHASES} driver angles"),

@@ -1,6 +1,7 @@
 //! Proof on the meshes, independent of the optimiser: nothing meets over the whole turn, the
 //! follower cannot escape, walls hold, every mesh bounds one solid.
 
+mod apart;
 mod check;
 mod claim;
 mod collide;
@@ -8,6 +9,7 @@ mod conjugation;
 mod escape;
 mod fabrication;
 mod failure;
+mod hold;
 mod joints;
 mod mechanism;
 pub mod mesh;
@@ -17,15 +19,17 @@ mod touching;
 mod tree;
 mod triangle;
 
-pub use check::{Check, CheckInput, Effort, Play, check};
-pub use claim::Claim;
+pub use check::{Check, CheckInput, Effort, check, examine};
+pub use claim::{Claim, Spot};
 pub use escape::{Escape, directions, displacement};
 pub use fabrication::Printer;
 pub use failure::{Failure, Recognised};
+pub use hold::Play;
 pub use mechanism::Mechanism;
 pub use mesh::{Defect, MeshProblem};
 pub use overlap::{PairProof, Place};
 pub use thickness::{Wall, WallSettings};
+pub use touching::Touching;
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -81,6 +85,10 @@ pub struct Proof {
     pub walls: Vec<(String, Option<Wall>)>,
     /// Wall demanded, mm.
     pub minimum_wall_mm: f64,
+    /// Every part was grown by this, mm.
+    pub grown_by_mm: f64,
+    /// Least number of steps of the turn.
+    pub steps: usize,
     /// Defects of the meshes.
     pub mesh_problems: Vec<MeshProblem>,
 }
@@ -121,8 +129,12 @@ impl Proof {
                     pair.colliding_steps
                 ));
             } else if let Some(place) = pair.doubts.first() {
+                let gap = match self.grown_by_mm {
+                    0.0 => String::new(),
+                    grown => format!(" by {:.3} mm", 2.0 * grown),
+                };
                 all.push(format!(
-                    "{a} and {b} are not proven apart, first doubt at {place}"
+                    "{a} and {b} are not proven apart{gap}, first doubt at {place}"
                 ));
             }
         }
@@ -183,6 +195,8 @@ pub fn prove(
                 displacements: 0,
                 walls,
                 minimum_wall_mm: settings.minimum_wall_mm,
+                grown_by_mm: settings.grown_by_mm,
+                steps: settings.phases,
                 mesh_problems,
             });
         }
@@ -238,6 +252,8 @@ pub fn prove(
         displacements: tries.len() * directions.len(),
         walls,
         minimum_wall_mm: settings.minimum_wall_mm,
+        grown_by_mm: settings.grown_by_mm,
+        steps: settings.phases,
         mesh_problems,
     })
 }

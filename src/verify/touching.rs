@@ -1,126 +1,255 @@
 //! Do the meshes carry the contacts of the design: at every station of every tooth pair both flanks
 //! must be there, half the clearance behind the contact point. From this follow the tooth pairs that
-//! really touch at each φ, and the contact ratio as built.
+//! really touch at each φ, the contact ratio as built, and how smoothly one tooth hands over to the next.
+
+use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::claim::{Bound, Claim, tooth_place};
+use super::claim::{Bound, Claim, Spot};
 use super::overlap::Part;
 use crate::design::{Design, Gear};
-
-/// Stations of a tooth that are looked at.
-const STATIONS: usize = 9;
 
 /// Largest deviation of a flank from its place, mm: facets of swept teeth stay far below, and so
 /// does the precision of an STL file.
 const DEVIATION: f64 = 0.02;
 
-/// A station of a tooth pair and how far each gear's flank is behind the contact point.
-struct Flank {
-    phi: f64,
-    k: usize,
-    j: usize,
-    gear: Gear,
-    /// Distance along the normal into the material; NaN where no surface is near.
-    behind: f64,
+/// Phases at which the touching tooth pairs are counted.
+const PHASES: usize = 720;
+
+/// A tooth pair that touches, as the meshes have it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Touching {
+    /// Sub-gear pair, from 1.
+    pub pair: usize,
+    /// Tooth, from 1.
+    pub tooth: usize,
+    /// Driver angle at which both flanks begin to be in place, deg; may be below 0.
+    pub from_deg: f64,
+    /// Driver angle at which one of them ends, deg.
+    pub to_deg: f64,
 }
 
-/// Claims about the contacts as the meshes have them.
-pub(super) fn claims(design: &Design, (driver, follower): (&Part, &Part)) -> Vec<Claim> {
+impl Touching {
+    /// Whether it touches at `phi_deg`, whatever the turn.
+    pub fn at(&self, phi_deg: f64) -> bool {
+        let slack = 1e-9;
+        (phi_deg - self.from_deg + slack).rem_euclid(360.0)
+            <= self.to_deg - self.from_deg + 2.0 * slack
+    }
+}
+
+/// A station of a tooth pair and how far each gear's flank is behind the contact point.
+#[derive(Debug, Clone, Copy)]
+struct Flank {
+    phi: f64,
+    /// Distance along the normal into the material, driver and follower; NaN where no surface is near.
+    behind: [f64; 2],
+}
+
+/// The flanks of one tooth pair (k, j), in order of contact.
+struct Tooth {
+    at: (usize, usize),
+    flanks: Vec<Flank>,
+}
+
+impl Flank {
+    /// Deviation of a gear's flank (0 driver, 1 follower) from its place `wanted`, mm.
+    fn deviation(&self, gear: usize, wanted: f64) -> f64 {
+        match (self.behind[gear] - wanted).abs() {
+            d if d.is_finite() => d,
+            _ => f64::INFINITY,
+        }
+    }
+
+    fn good(&self, wanted: f64) -> bool {
+        (0..2).all(|gear| self.deviation(gear, wanted) <= DEVIATION)
+    }
+}
+
+/// Claims about the contacts as the meshes have them, and the tooth pairs that touch.
+pub(super) fn claims(
+    design: &Design,
+    (driver, follower): (&Part, &Part),
+) -> (Vec<Claim>, Vec<Touching>) {
     let wanted = 0.5 * design.section.clearance;
-    let teeth: Vec<(usize, usize)> = design
-        .sub_gear_pairs
-        .iter()
-        .enumerate()
+    let pairs = design.sub_gear_pairs.iter().enumerate();
+    let numbers: Vec<(usize, usize)> = pairs
         .flat_map(|(k, pair)| (0..pair.teeth.len()).map(move |j| (k, j)))
         .collect();
-    let flanks: Vec<Flank> = teeth
+    let teeth: Vec<Tooth> = numbers
         .par_iter()
-        .flat_map_iter(|&(k, j)| {
+        .map(|&(k, j)| {
             let stations = &design.sub_gear_pairs[k].teeth[j].stations;
-            let last = stations.len().saturating_sub(1);
-            (0..STATIONS.min(stations.len())).flat_map(move |i| {
-                let s = &stations[i * last / (STATIONS - 1)];
-                [(Gear::Driver, driver), (Gear::Follower, follower)].map(|(gear, part)| {
+            let flank = |s: &crate::design::Station| Flank {
+                phi: s.phi,
+                behind: [(Gear::Driver, driver), (Gear::Follower, follower)].map(|(gear, part)| {
                     let (p, n, _) = s.frame(gear);
-                    Flank {
-                        phi: s.phi,
-                        k,
-                        j,
-                        gear,
-                        behind: behind(part, p, n),
-                    }
-                })
-            })
+                    behind(part, p, n)
+                }),
+            };
+            Tooth {
+                at: (k, j),
+                flanks: stations.iter().map(flank).collect(),
+            }
         })
         .collect();
-    let meaning = "every tooth is where the design puts it, along its whole contact";
-    if flanks.is_empty() {
-        return vec![
-            Claim::new("flanks in place", meaning).undecided("the design has no contact stations"),
-        ];
-    }
-    let deviation = |f: &Flank| match (f.behind - wanted).abs() {
-        d if d.is_finite() => d,
-        _ => f64::INFINITY,
-    };
-    let mut claims = Vec::new();
-    for gear in [Gear::Driver, Gear::Follower] {
-        let worst = flanks
+    let touching: Vec<Touching> = teeth.iter().filter_map(|t| span(t, wanted)).collect();
+    let mut claims = in_place(&teeth, wanted);
+    claims.push(hand_over(design, &numbers, &touching));
+    claims.push(smooth(design, &teeth, wanted));
+    claims.push(drive_through(design, &touching));
+    (claims, touching)
+}
+
+/// Every flank where the design puts it.
+fn in_place(teeth: &[Tooth], wanted: f64) -> Vec<Claim> {
+    let all = || {
+        teeth
             .iter()
-            .filter(|f| f.gear == gear)
-            .max_by(|a, b| deviation(a).total_cmp(&deviation(b)));
-        let Some(worst) = worst else { continue };
-        let name = format!(
-            "flanks of the {} in place",
-            format!("{gear:?}").to_lowercase()
-        );
-        claims.push(
-            Claim::new(name, meaning)
-                .decide(deviation(worst), "mm", Bound::AtMost(DEVIATION))
-                .at(tooth_place(worst.phi, worst.k, worst.j)),
-        );
-    }
-    claims.push(hand_over(design, &flanks, deviation));
-    claims
+            .flat_map(|t| t.flanks.iter().map(move |f| (t.at, f)))
+    };
+    let names = [
+        "flanks of the driver in place",
+        "flanks of the follower in place",
+    ];
+    let meaning = "every tooth is where the design puts it, along its whole contact";
+    names
+        .into_iter()
+        .enumerate()
+        .map(|(gear, name)| {
+            let claim = Claim::new(name, meaning);
+            let worst = all().max_by(|a, b| {
+                let deviation = |f: &Flank| f.deviation(gear, wanted);
+                deviation(a.1).total_cmp(&deviation(b.1))
+            });
+            match worst {
+                Some((at, flank)) => claim
+                    .decide(
+                        flank.deviation(gear, wanted),
+                        "mm",
+                        Bound::AtMost(DEVIATION),
+                    )
+                    .at(Spot::phase(flank.phi).on(Some(at))),
+                None => claim.undecided("the design has no contact stations"),
+            }
+        })
+        .collect()
+}
+
+/// The longest stretch on which both flanks are in place; `None` where they nowhere are.
+fn span(tooth: &Tooth, wanted: f64) -> Option<Touching> {
+    let runs = tooth
+        .flanks
+        .chunk_by(|a, b| a.good(wanted) && b.good(wanted));
+    let longest = runs
+        .filter(|run| run.iter().all(|f| f.good(wanted)))
+        .filter_map(|run| Some((run.first()?.phi, run.last()?.phi)))
+        .max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
+    Some(Touching {
+        pair: tooth.at.0 + 1,
+        tooth: tooth.at.1 + 1,
+        from_deg: longest.0.to_degrees(),
+        to_deg: longest.1.to_degrees(),
+    })
 }
 
 /// Contact ratio as built: every tooth must still be there where the next one takes over.
-fn hand_over(design: &Design, flanks: &[Flank], deviation: impl Fn(&Flank) -> f64) -> Claim {
+fn hand_over(design: &Design, teeth: &[(usize, usize)], touching: &[Touching]) -> Claim {
     let claim = Claim::new(
         "hand-over",
         "each tooth takes over before the one before it lets go",
     );
-    let mut worst: Option<(f64, String)> = None;
-    for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
-        let pitch = std::f64::consts::TAU / pair.teeth.len() as f64;
-        for (j, tooth) in pair.teeth.iter().enumerate() {
-            let good: Vec<f64> = flanks
-                .chunks(2)
-                .filter(|pair| (pair[0].k, pair[0].j) == (k, j))
-                .filter(|pair| pair.iter().all(|f| deviation(f) <= DEVIATION))
-                .map(|pair| pair[0].phi)
-                .collect();
-            let span = match (good.first(), good.last()) {
-                (Some(a), Some(b)) => b - a,
-                _ => 0.0,
+    let ratio = |&(k, j): &(usize, usize)| {
+        let touch = touching
+            .iter()
+            .find(|t| (t.pair, t.tooth) == (k + 1, j + 1));
+        let pitch = 360.0 / design.sub_gear_pairs[k].teeth.len() as f64;
+        touch.map_or(0.0, |t| (t.to_deg - t.from_deg) / pitch)
+    };
+    match teeth.iter().min_by(|a, b| ratio(a).total_cmp(&ratio(b))) {
+        Some(worst) => {
+            let start = design.sub_gear_pairs[worst.0].teeth[worst.1].phi_start;
+            claim
+                .decide(ratio(worst), "contact ratio", Bound::AtLeast(1.0))
+                .at(Spot::phase(start).on(Some(*worst)))
+        }
+        None => claim.undecided("the design has no teeth"),
+    }
+}
+
+/// While two teeth of a pair touch, the flank gap of both must be the same, or the follower jumps.
+fn smooth(design: &Design, teeth: &[Tooth], wanted: f64) -> Claim {
+    let claim = Claim::new(
+        "no jump at hand-over",
+        "the next tooth takes over without a jolt: both leave the same gap",
+    );
+    let mut worst: Option<(f64, Spot)> = None;
+    for tooth in teeth {
+        let (k, j) = tooth.at;
+        let count = design.sub_gear_pairs[k].teeth.len();
+        let Some(next) = teeth.iter().find(|t| t.at == (k, (j + 1) % count)) else {
+            continue;
+        };
+        // The first tooth follows the last one a turn later.
+        let later = if j + 1 == count { TAU } else { 0.0 };
+        for flank in tooth.flanks.iter().filter(|f| f.good(wanted)) {
+            let Some(gap) = gap_at(&next.flanks, flank.phi - later, wanted) else {
+                continue;
             };
-            let ratio = span / pitch;
-            if worst
-                .as_ref()
-                .is_none_or(|(w, _)| ratio.is_nan() || ratio < *w)
-            {
-                worst = Some((ratio, tooth_place(tooth.phi_start, k, j)));
+            let jump = (gap - (flank.behind[0] + flank.behind[1])).abs();
+            if worst.as_ref().is_none_or(|(w, _)| jump > *w) {
+                worst = Some((jump, Spot::phase(flank.phi).on(Some(tooth.at))));
             }
         }
     }
     match worst {
-        Some((ratio, place)) => claim
-            .decide(ratio, "contact ratio", Bound::AtLeast(1.0))
-            .at(place),
-        None => claim.undecided("the design has no teeth"),
+        Some((jump, spot)) => claim.decide(jump, "mm", Bound::AtMost(DEVIATION)).at(spot),
+        None => claim.undecided("no two teeth of a pair touch at once"),
     }
+}
+
+/// Flank gap at `phi`, linear between stations; `None` beyond them and where a flank is missing.
+fn gap_at(flanks: &[Flank], phi: f64, wanted: f64) -> Option<f64> {
+    let after = flanks.partition_point(|f| f.phi < phi);
+    let (a, b) = (flanks.get(after.checked_sub(1)?)?, flanks.get(after)?);
+    let gap = |f: &Flank| f.behind[0] + f.behind[1];
+    let t = (phi - a.phi) / (b.phi - a.phi);
+    (a.good(wanted) && b.good(wanted)).then(|| gap(a) * (1.0 - t) + gap(b) * t)
+}
+
+/// At every driver angle each sub-gear pair must have a tooth pair that touches.
+fn drive_through(design: &Design, touching: &[Touching]) -> Claim {
+    let claim = Claim::new(
+        "drive-through",
+        "at every angle each sub-gear pair has teeth that touch",
+    );
+    let count = |phi: f64, k: usize| {
+        let of_pair = touching.iter().filter(|t| t.pair == k + 1);
+        of_pair.filter(|t| t.at(phi)).count()
+    };
+    let pairs = design.sub_gear_pairs.len();
+    let phases = || (0..PHASES).map(|i| 360.0 * i as f64 / PHASES as f64);
+    let open = phases()
+        .flat_map(|phi| (0..pairs).map(move |k| (phi, k)))
+        .find(|&(phi, k)| count(phi, k) == 0);
+    let at_once = |phi: f64| (0..pairs).map(|k| count(phi, k)).sum::<usize>();
+    let least = phases().map(at_once).min().unwrap_or(0);
+    let most = phases().map(at_once).max().unwrap_or(0);
+    let spot = open.map_or(Spot::default(), |(phi, k)| Spot {
+        pair: Some(k + 1),
+        ..Spot::phase(phi.to_radians())
+    });
+    claim
+        .say(
+            pairs > 0 && open.is_none(),
+            format!("{least} to {most} tooth pairs touch at once"),
+            &format!("≥ {pairs}, one of each sub-gear pair"),
+        )
+        .measured(least as f64, "tooth pairs", pairs as f64)
+        .at(spot)
 }
 
 /// How far the surface of `part` is from `p` along `n`, both in the body's frame.

@@ -1,0 +1,226 @@
+//! `mpcgear check`: every claim of a design, tried on its file and meshes.
+
+use std::path::{Path, PathBuf};
+
+use mpcgear::Result;
+use mpcgear::design::Design;
+use mpcgear::export::{Source, stl};
+use mpcgear::motion::Motion;
+use mpcgear::solid::Mesh;
+use mpcgear::solid::assembly::{Carrier, SolidBody, Solids};
+use mpcgear::verify::{Check, CheckInput, Claim, Effort, Mechanism, Printer, check};
+use serde::Serialize;
+
+use super::{json, print_out, read_design, say};
+use crate::cli::{CheckArgs, Cli, MeshArgs};
+use crate::terminal::Watch;
+
+/// What is checked, and where it came from.
+struct Given {
+    bodies: Vec<SolidBody>,
+    pieces: Vec<(String, Mesh)>,
+    origins: Vec<Origin>,
+}
+
+/// Where the mesh of a body came from.
+#[derive(Debug, Serialize)]
+struct Origin {
+    body: &'static str,
+    /// File, or why there is none.
+    from: String,
+}
+
+/// The answer with `--json`.
+#[derive(Serialize)]
+struct Answer<'a> {
+    design: &'a str,
+    holds: bool,
+    meshes: &'a [Origin],
+    #[serde(flatten)]
+    check: &'a Check,
+}
+
+/// Checks a design: exit code 0 when every claim holds, 1 when not.
+///
+/// # Errors
+/// Designs and meshes that cannot be read; interruption.
+pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
+    let (design, motion, file) = read_design(&args.design)?;
+    let given = given((&design, &motion), &file, &args.meshes)?;
+    let printer = Printer {
+        volume_mm: args.printer,
+        tolerance_mm: args.tolerance,
+        ..Printer::default()
+    };
+    let (found, seconds) = judge(cli, (&design, &motion), &given, printer)?;
+    if cli.json {
+        print_out(&json(&Answer {
+            design: &design.name,
+            holds: found.holds(),
+            meshes: &given.origins,
+            check: &found,
+        })?)?;
+    } else {
+        for origin in &given.origins {
+            say(cli, &format!("{:9} {}", origin.body, origin.from))?;
+        }
+        say(cli, &table(&found.claims))?;
+        say(cli, &verdict(&found, seconds))?;
+    }
+    Ok(u8::from(!found.holds()))
+}
+
+/// The check of the design in `file` with the meshes beside it, for its report.
+///
+/// # Errors
+/// As [`run`].
+pub fn of(cli: &Cli, source: &Source, file: &Path) -> Result<Check> {
+    let (design, motion) = (source.design, source.motion);
+    let given = given((design, motion), file, &MeshArgs::default())?;
+    Ok(judge(cli, (design, motion), &given, Printer::default())?.0)
+}
+
+/// The check, watched, and how many seconds it took.
+fn judge(
+    cli: &Cli,
+    (design, motion): (&Design, &Motion),
+    given: &Given,
+    printer: Printer,
+) -> Result<(Check, f64)> {
+    let watch = Watch::new(cli.quiet || cli.json, 0.0);
+    let input = CheckInput {
+        design,
+        motion,
+        bodies: &given.bodies,
+        pieces: &given.pieces,
+        printer,
+        effort: Effort::default(),
+    };
+    let found = check(&input, &mut |what, done| watch.step(what, done));
+    watch.finish();
+    Ok((found?, watch.seconds()))
+}
+
+/// Every body: from the file given for it, else from the folder of the design, else built.
+fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> Result<Given> {
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let mechanism = Mechanism {
+        motion,
+        center_distance: design.settings.gear.center_distance_mm,
+    };
+    let mut names = vec![
+        ("driver", Carrier::Driver, &args.driver),
+        ("follower", Carrier::Follower, &args.follower),
+        ("support", Carrier::Support, &args.support),
+    ];
+    if args.slider.is_some() || design.class == mpcgear::motion::Class::R3T1 {
+        names.push(("slider", Carrier::Slider, &args.slider));
+    }
+    // Built at most once, and only where a file is missing.
+    let mut built: Option<Result<Solids>> = None;
+    let mut given = Given {
+        bodies: Vec::new(),
+        pieces: Vec::new(),
+        origins: Vec::new(),
+    };
+    for (name, carrier, path) in names {
+        let beside = folder.join("meshes").join(format!("{name}.stl"));
+        let path = path.clone().or_else(|| beside.is_file().then_some(beside));
+        let from = match path {
+            Some(path) => {
+                let mesh = stl::read(&path)?;
+                let body = SolidBody {
+                    name: name.into(),
+                    carrier,
+                    mesh,
+                };
+                given.bodies.push(mechanism.assembled(body));
+                path.display().to_string()
+            }
+            None => match built.get_or_insert_with(|| Solids::build(design, motion)) {
+                Ok(solids) => {
+                    given
+                        .bodies
+                        .extend(solids.bodies.iter().filter(|b| b.name == name).cloned());
+                    "built from the design".into()
+                }
+                Err(error) => format!("missing: {error}"),
+            },
+        };
+        given.origins.push(Origin { body: name, from });
+    }
+    for path in stl_files(&folder.join("print")) {
+        let name = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        given.pieces.push((name, stl::read(&path)?));
+    }
+    if let (true, Some(Ok(solids))) = (given.pieces.is_empty(), built) {
+        given.pieces = solids
+            .pieces
+            .into_iter()
+            .map(|p| (p.name, p.mesh))
+            .collect();
+    }
+    Ok(given)
+}
+
+/// The STL files of a folder by name; none where there is no folder.
+fn stl_files(folder: &Path) -> Vec<PathBuf> {
+    let items = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = items
+        .map(|item| item.path())
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("stl"))
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// The claims in columns.
+fn table(claims: &[Claim]) -> String {
+    let head = ["claim", "found", "wanted", "worst at"].map(String::from);
+    let rows: Vec<[String; 4]> = claims
+        .iter()
+        .map(|c| [&c.name, &c.figure, &c.limit, &c.place].map(Clone::clone))
+        .collect();
+    let width = |i: usize| {
+        let cells = rows.iter().chain([&head]).map(|r| r[i].chars().count());
+        // A long sentence in one row is no reason to push all others apart.
+        cells.filter(|&n| n <= 48).max().unwrap_or(0)
+    };
+    let widths = [0, 1, 2].map(width);
+    let line = |mark: &str, row: &[String; 4]| {
+        let cells: Vec<String> = row
+            .iter()
+            .zip(widths)
+            .map(|(cell, w)| format!("{cell:<w$}"))
+            .collect();
+        format!("{mark} {}  {}", cells.join("  "), row[3])
+            .trim_end()
+            .to_owned()
+            + "\n"
+    };
+    let mut text = line("     ", &head);
+    for (claim, row) in claims.iter().zip(&rows) {
+        text += &line(if claim.holds { "holds" } else { "FAILS" }, row);
+    }
+    text
+}
+
+fn verdict(check: &Check, seconds: f64) -> String {
+    let all = check.claims.len();
+    let failed: Vec<&Claim> = check.claims.iter().filter(|c| !c.holds).collect();
+    let mut text = match failed.len() {
+        0 => format!("all {all} claims hold, {seconds:.1} s"),
+        n => format!("{n} of {all} claims fail, {seconds:.1} s"),
+    };
+    for failure in &check.failures {
+        text += &format!("\n  {} ({})", failure.failure, failure.place);
+    }
+    text
+}
