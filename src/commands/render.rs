@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use mpcgear::export::format::{self, Format};
-use mpcgear::export::{Source, report};
+use mpcgear::export::{File, Source, report};
 use mpcgear::solid::assembly::Solids;
 use mpcgear::{Error, Problem, Result};
 
