@@ -5,7 +5,8 @@
 mod openscad_run;
 mod synthetic;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use mpcgear::export::{self, Source, folder, tables::Summary};
 use mpcgear::motion::{Class, Motion};
@@ -125,4 +126,54 @@ fn parts_of_3r_are_sound_with_manifold() {
 #[test]
 fn parts_of_3r1t_are_sound_with_manifold() {
     every_part_is_sound_with_manifold(Class::R3T1);
+}
+
+/// The assembly at a driver angle as OpenSCAD's tree of plain solids, without a complaint.
+fn assembly_tree(out: &Path, class: Class, angle: f64) -> String {
+    let script = out.join("openscad/assembly.scad");
+    let tree = out.join(format!("openscad/assembly-{class}-{angle}.csg"));
+    let output = Command::new("openscad")
+        .args(["--hardwarnings", "-D", "quality=\"draft\"", "-o"])
+        .arg(&tree)
+        .args(["-D", &format!("angle={angle}")])
+        .arg(&script)
+        .output()
+        .expect("openscad runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    let complaint = ["ERROR", "WARNING"].iter().any(|word| said.contains(word));
+    assert!(output.status.success() && !complaint, "{said}");
+    std::fs::read_to_string(tree).expect("a tree")
+}
+
+#[test]
+fn the_assembly_places_every_body_where_the_motion_has_it() {
+    if !installed() {
+        return;
+    }
+    for class in [Class::R1, Class::R3T1] {
+        let (out, solids) = folder_of(class, 1);
+        let (_, motion) = synthetic::uniform(class);
+        for angle in [0.0, 100.0] {
+            let tree = assembly_tree(&out, class, angle);
+            let colours = tree.matches("color(").count();
+            assert_eq!(colours, solids.bodies.len(), "one colour per body");
+            // The follower's pose is a matrix of its own right inside its colour.
+            let rotation = motion.state(f64::to_radians(angle)).pose.rotation;
+            let row = format!("{:.4}", rotation[(0, 0)]);
+            let found = tree.lines().any(|line| {
+                let numbers: Vec<f64> = line
+                    .split(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c)))
+                    .filter_map(|word| word.parse().ok())
+                    .collect();
+                let near = |i: usize, j: usize, value: f64| {
+                    numbers
+                        .get(4 * i + j)
+                        .is_some_and(|x| (x - value).abs() < 1e-4)
+                };
+                line.trim_start().starts_with("multmatrix")
+                    && (0..3).all(|i| (0..3).all(|j| near(i, j, rotation[(i, j)])))
+            });
+            assert!(found, "{class}: no follower turned by {row} at {angle}°");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use mpcgear::export::format::{self, Format};
-use mpcgear::export::{Source, report};
+use mpcgear::export::{File, Source, report};
 use mpcgear::solid::assembly::Solids;
 use mpcgear::{Error, Problem, Result};
 
@@ -43,18 +43,7 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
         files.push(super::report::page(&source, &[], (&[], ""))?);
     }
     if out.as_os_str() == "-" {
-        let [file] = files.as_slice() else {
-            let names: Vec<String> = files.iter().map(|f| f.path.display().to_string()).collect();
-            return Err(wrong(
-                "-o -",
-                &format!("{} files", names.len()),
-                &["one format and one --part"],
-            ));
-        };
-        std::io::stdout()
-            .write_all(&file.bytes)
-            .map_err(Error::io("standard output"))?;
-        return Ok(0);
+        return to_standard_output(&files);
     }
     let mut written = Vec::new();
     for file in &files {
@@ -86,13 +75,27 @@ fn list(cli: &Cli) -> Result<u8> {
     Ok(0)
 }
 
-fn wrong(place: &str, value: &str, allowed: &[&str]) -> Error {
-    Error::Input {
-        file: "command line".into(),
-        problems: vec![Problem {
-            place: place.into(),
-            what: format!("`{value}` is not one of {}", allowed.join(", ")),
-            hint: "mpcgear export --list shows the formats".into(),
-        }],
+/// The one file, as it is; a reader that stops early is no error.
+fn to_standard_output(files: &[File]) -> Result<u8> {
+    let [file] = files else {
+        let names: Vec<String> = files.iter().map(|f| f.path.display().to_string()).collect();
+        return Err(Error::Input {
+            file: "command line".into(),
+            problems: vec![Problem {
+                place: "-o -".into(),
+                what: format!(
+                    "{} files cannot all go to standard output: {}",
+                    names.len(),
+                    names.join(", ")
+                ),
+                hint: "choose one format that is one file (3mf, freecad), or one --part".into(),
+            }],
+        });
+    };
+    match std::io::stdout().write_all(&file.bytes) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io("standard output")(error))
+        }
+        _ => Ok(0),
     }
 }

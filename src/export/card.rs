@@ -62,7 +62,7 @@ pub fn files(source: &Source, solids: &Solids) -> Result<Vec<File>> {
         name: &design.name,
         picture: format!("{stem}.png"),
         words: match design.problems.as_slice() {
-            [] => "Proved over the whole turn: conjugate, closed, without overlap.".into(),
+            [] => "The proof over the whole turn found no fault.".into(),
             problems => format!("A draft that does not work yet: {}.", problems.join("; ")),
         },
         class: design.class.to_string(),

@@ -78,13 +78,14 @@ impl Format {
             .map(|name| Problem {
                 place: "--to".into(),
                 what: format!("`{name}` is not a format ({})", all_names()),
-                hint: nearest(name)
-                    .map(|f| format!("did you mean `{}`?", f.name()))
+                hint: closest(name, &Format::ALL.map(Format::name))
+                    .map(|format| format!("did you mean `{format}`?"))
                     .unwrap_or_default(),
             })
             .collect();
         if problems.is_empty() {
-            Ok(names.iter().filter_map(|name| find(name)).collect())
+            let named = |format: &Format| names.iter().any(|name| name == format.name());
+            Ok(Format::ALL.into_iter().filter(named).collect())
         } else {
             Err(Error::Input {
                 file: "command line".into(),
@@ -98,9 +99,10 @@ fn all_names() -> String {
     Format::ALL.map(Format::name).join(", ")
 }
 
-fn nearest(name: &str) -> Option<Format> {
-    let distance = |f: &Format| strsim::damerau_levenshtein(&name.to_lowercase(), f.name());
-    let best = Format::ALL.into_iter().min_by_key(distance)?;
+/// The one of `names` that `word` is a misspelling of, if any.
+fn closest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
+    let distance = |name: &&str| strsim::damerau_levenshtein(&word.to_lowercase(), name);
+    let best = names.iter().copied().min_by_key(distance)?;
     (distance(&best) <= 2).then_some(best)
 }
 
@@ -121,7 +123,8 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
             "`{part}` is not a body of this design ({})",
             names.join(", ")
         );
-        return Err(refused("--part", what));
+        let hint = closest(part, &names).map(|name| format!("did you mean `{name}`?"));
+        return Err(refused("--part", what, hint.unwrap_or_default()));
     }
     let wanted = |body: &str| part.is_none_or(|part| part == body);
     match format {
@@ -194,13 +197,13 @@ fn step(design: &Design) -> Result<Vec<File>> {
     ])
 }
 
-fn refused(place: &str, what: String) -> Error {
+fn refused(place: &str, what: String, hint: String) -> Error {
     Error::Input {
         file: "command line".into(),
         problems: vec![Problem {
             place: place.into(),
             what,
-            hint: String::new(),
+            hint,
         }],
     }
 }

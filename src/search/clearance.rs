@@ -243,7 +243,7 @@ impl Scene {
         let axis = self.axis(Gear::Driver);
         let hub = self.envelope.driver_hub_radius + self.gap;
         let reach = REACH * self.center_distance;
-        let mut sweep = Sweep::empty();
+        let mut sweep = Sweep::empty(self.center_distance);
         for phase in &self.phases {
             for ball in follower.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
                 let q = phase.follower_in_driver.apply(ball.centre);
@@ -256,6 +256,7 @@ impl Scene {
                 }
             }
         }
+        sweep.trim();
         Ok(sweep)
     }
 

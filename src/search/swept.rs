@@ -89,25 +89,29 @@ impl Swept {
     }
 }
 
+/// Centre and radius in units of the sweep: thousands of bands are held at once.
 #[derive(Debug, Clone, Copy)]
 struct SweptPoint {
-    at: [f32; 3],
-    radius: f32,
+    at: [i16; 3],
+    radius: u16,
     tooth: u8,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Sweep {
     points: Vec<SweptPoint>,
+    /// Length of a unit, mm.
+    unit: f32,
     low: f32,
     high: f32,
 }
 
 impl Sweep {
-    /// Without any points yet.
-    pub fn empty() -> Sweep {
+    /// Without any points yet; for gears of this centre distance, in units of a ten-thousandth of it.
+    pub fn empty(center_distance: f64) -> Sweep {
         Sweep {
             points: Vec::new(),
+            unit: 1e-4 * center_distance as f32,
             low: f32::MAX,
             high: f32::MIN,
         }
@@ -120,10 +124,15 @@ impl Sweep {
         self.low = self.low.min(z - radius);
         self.high = self.high.max(z + radius);
         self.points.push(SweptPoint {
-            at: [x, y, z],
-            radius,
+            at: [x, y, z].map(|c| (c / self.unit).round() as i16),
+            radius: (radius / self.unit).round() as u16,
             tooth: ball.tooth,
         });
+    }
+
+    /// Gives back the room for points that were not added.
+    pub fn trim(&mut self) {
+        self.points.shrink_to_fit();
     }
 
     /// Whether all points keep `gap` from the field. In a band's test against itself (`own`) a tooth
@@ -135,13 +144,14 @@ impl Sweep {
         }
         let gap = gap as f32;
         self.points.iter().all(|point| {
-            let Some(near) = field.at(point.at) else {
+            let Some(near) = field.at(point.at.map(|c| f32::from(c) * self.unit)) else {
                 return true;
             };
+            let radius = f32::from(point.radius) * self.unit;
             if own && near.tooth == point.tooth {
-                near.distance - point.radius > -TOUCH && near.other - point.radius > gap
+                near.distance - radius > -TOUCH && near.other - radius > gap
             } else {
-                near.distance - point.radius > gap
+                near.distance - radius > gap
             }
         })
     }

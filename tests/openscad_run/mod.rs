@@ -70,6 +70,7 @@ impl Run {
         }
     }
 
+    #[allow(dead_code)] // not every test file overrides
     /// Sets a parameter to an OpenSCAD literal.
     pub fn set(mut self, name: &str, value: &str) -> Run {
         self.arguments
@@ -129,6 +130,7 @@ impl Outcome {
         mesh
     }
 
+    #[allow(dead_code)] // not every test file refuses
     /// The message of a run that has to be refused.
     pub fn refusal(self) -> String {
         assert!(
