@@ -20,6 +20,9 @@ const FLOOR_GAP: f64 = 1.0;
 const OUTLINE_SEGMENTS: u32 = 12;
 /// Wall wanted around the bore of a drum on a pin, mm.
 const BORE_WALL: f64 = 1.5;
+/// Depth to which the mount's flange sinks into the drum below, mm: faces in one plane are what booleans
+/// stumble over.
+const MOUNT_SINK: f64 = 0.1;
 /// Smallest mount that still has room for its screws, mm.
 const SMALLEST_MOUNT: f64 = 5.0;
 /// Points on the rim of a drum or flange.
@@ -295,8 +298,11 @@ impl Measures {
             bridge: (eye, driver_top + BRIDGE_THICKNESS + play),
             shaft: settings.hub.journal_radius_mm,
         };
-        let (mount_bottom, mount_radius) =
-            obstacles.mount(&sampler, follower_ends.1, settings.hub.mount_thickness_mm);
+        let (mount_bottom, mount_radius) = obstacles.mount(
+            &sampler,
+            follower_ends.1 - MOUNT_SINK,
+            settings.hub.mount_thickness_mm,
+        );
 
         // Eye of the bridge: drums and mount are sampled along their sides, too.
         let mut beside: Vec<Vector3<f64>> = Vec::new();
