@@ -125,6 +125,9 @@ pub struct CheckArgs {
     /// How far a printed surface may lie outside its place, mm.
     #[arg(long, value_name = "MM", value_parser = parse_tolerance, default_value = "0.03")]
     pub tolerance: f64,
+    /// How densely to look; 1 is the default.
+    #[arg(long, value_parser = parse_share, default_value = "1")]
+    pub effort: f64,
 }
 
 /// Meshes to check instead of those of the design.
@@ -212,5 +215,13 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         _ => Err(format!("`{text}` is not a tolerance from 0 to 1 mm")),
+    }
+}
+
+/// A factor, larger than 0 and at most 100.
+fn parse_share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 100.0 => Ok(value),
+        _ => Err(format!("`{text}` is not a factor above 0 and up to 100")),
     }
 }

@@ -18,6 +18,7 @@ pub mod solid;
 pub mod stats;
 pub mod sub_gear;
 pub mod synthesis;
+pub mod table;
 pub mod verify;
 
 pub use error::{Error, Problem, Result};

@@ -8,6 +8,7 @@ use crate::design::Design;
 use crate::export::figures::{ClosureFigures, rounded};
 use crate::export::stl;
 use crate::solid::Mesh;
+pub use crate::table::{Format, Table};
 use crate::{Error, Problem, Result};
 
 /// One design as found on disk.
@@ -25,27 +26,6 @@ pub struct Entry {
     pub triangles: Option<usize>,
     /// Volume of driver and follower, mm³; `None` without their meshes.
     pub volume: Option<f64>,
-}
-
-/// How the table is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Format {
-    /// Columns in line, for terminals.
-    #[default]
-    Text,
-    /// Comma separated, with a header line.
-    Csv,
-    /// A Markdown table.
-    Markdown,
-}
-
-/// A table of text.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Table {
-    /// Headings.
-    pub columns: Vec<&'static str>,
-    /// Rows of as many cells.
-    pub rows: Vec<Vec<String>>,
 }
 
 /// What of `summary.json` the table shows.
@@ -151,96 +131,24 @@ pub fn table(entries: &[Entry]) -> Table {
             optional(e.volume.map(|v| v / 1000.0), 3),
         ]
     };
+    let columns = [
+        "design",
+        "class",
+        "K",
+        "J",
+        "min Q",
+        "mean Q",
+        "min Q*",
+        "min η",
+        "held %",
+        "works",
+        "time s",
+        "triangles",
+        "volume cm³",
+    ];
     Table {
-        columns: vec![
-            "design",
-            "class",
-            "K",
-            "J",
-            "min Q",
-            "mean Q",
-            "min Q*",
-            "min η",
-            "held %",
-            "works",
-            "time s",
-            "triangles",
-            "volume cm³",
-        ],
+        columns: columns.map(String::from).to_vec(),
+        names: 2,
         rows: entries.iter().map(row).collect(),
-    }
-}
-
-impl Table {
-    /// The table as text that ends with a line break.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] when the CSV writer fails.
-    pub fn render(&self, format: Format) -> Result<String> {
-        Ok(match format {
-            Format::Csv => return self.csv(),
-            Format::Markdown => {
-                let escaped = |cells: &[String]| {
-                    cells
-                        .iter()
-                        .map(|c| c.replace('|', "\\|"))
-                        .collect::<Vec<_>>()
-                        .join(" | ")
-                };
-                let mut text = format!(
-                    "| {} |\n|{}\n",
-                    self.columns.join(" | "),
-                    "---|".repeat(self.columns.len())
-                );
-                for row in &self.rows {
-                    text += &format!("| {} |\n", escaped(row));
-                }
-                text
-            }
-            Format::Text => self.aligned(),
-        })
-    }
-
-    fn csv(&self) -> Result<String> {
-        let failed = |e: &dyn std::fmt::Display| Error::Internal(format!("table: {e}"));
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(&self.columns).map_err(|e| failed(&e))?;
-        for row in &self.rows {
-            writer.write_record(row).map_err(|e| failed(&e))?;
-        }
-        let bytes = writer.into_inner().map_err(|e| failed(&e))?;
-        String::from_utf8(bytes).map_err(|e| failed(&e))
-    }
-
-    /// Names to the left, numbers to the right.
-    fn aligned(&self) -> String {
-        let width = |i: usize| {
-            let cells = self.rows.iter().map(|r| r[i].chars().count());
-            cells
-                .chain([self.columns[i].chars().count()])
-                .max()
-                .unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
-        let line = |cells: Vec<&str>| {
-            let padded: Vec<String> = cells
-                .iter()
-                .zip(&widths)
-                .enumerate()
-                .map(|(i, (cell, &w))| {
-                    if i < 2 {
-                        format!("{cell:<w$}")
-                    } else {
-                        format!("{cell:>w$}")
-                    }
-                })
-                .collect();
-            padded.join("  ").trim_end().to_string() + "\n"
-        };
-        let mut text = line(self.columns.clone());
-        for row in &self.rows {
-            text += &line(row.iter().map(String::as_str).collect());
-        }
-        text
     }
 }

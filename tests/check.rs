@@ -2,15 +2,16 @@
 
 mod known;
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use mpcgear::design::{Design, Gear};
-use mpcgear::motion::{Class, Motion, MotionFile};
+use mpcgear::motion::{Class, Motion, MotionFile, MotionSource};
 use mpcgear::solid::assembly::{Carrier, SolidBody};
 use mpcgear::solid::kernel::Solid;
 use mpcgear::solid::{Mesh, Solids};
-use mpcgear::verify::{Check, CheckInput, Effort, Failure, Printer, check};
+use mpcgear::verify::{Check, CheckInput, Claim, Effort, Failure, Printer, check};
 use nalgebra::{Rotation3, Vector3};
 
 /// A sound 1R mechanism, built once.
@@ -118,6 +119,18 @@ fn a_sound_mechanism_passes_every_claim() {
     assert_eq!(failed(&check), Vec::<&str>::new(), "{:#?}", check.claims);
     assert!(check.claims.len() > 20);
     assert!(check.failures.is_empty());
+    // Every tooth pair touches over its whole contact, and the claims say where they are worst.
+    assert_eq!(check.touching.len(), 20);
+    for t in &check.touching {
+        let ratio = (t.to_deg - t.from_deg) / 36.0;
+        assert!((ratio - known::C).abs() < 1e-9, "{t:?}");
+    }
+    let apart = claim(&check, "driver and follower stay apart");
+    assert!(
+        apart.value.unwrap() > 0.09 && apart.value.unwrap() < 0.11,
+        "{apart:?}"
+    );
+    assert!(apart.spot.phi_deg.is_some() && apart.spot.pair.is_some());
     // Two directions at ten phases, each close to the first-order clearance/Q.
     assert_eq!(check.play.len(), 20);
     for play in &check.play {
@@ -170,6 +183,79 @@ fn a_moved_tooth_is_rejected() {
         !failed.contains(&"driver and follower stay apart"),
         "moved away, not into: {failed:?}"
     );
+}
+
+#[test]
+fn teeth_that_leave_different_gaps_jolt_at_the_hand_over() {
+    // Each within the tolerance of a flank, but not from one tooth to the next.
+    let check = built_from(|design| {
+        for (j, by) in [(2, 0.015), (3, -0.015)] {
+            for s in &mut design.sub_gear_pairs[0].teeth[j].stations {
+                s.p1 = (Vector3::from(s.p1) + by * Vector3::from(s.n1)).into();
+            }
+        }
+    });
+    let failed = failed(&check);
+    assert!(failed.contains(&"no jump at hand-over"), "{failed:?}");
+    assert!(
+        !failed.contains(&"flanks of the driver in place"),
+        "{failed:?}"
+    );
+    let claim = claim(&check, "no jump at hand-over");
+    assert_eq!((claim.spot.pair, claim.spot.tooth), (Some(1), Some(3)));
+}
+
+#[test]
+fn a_support_in_the_followers_room_is_named() {
+    // A post from the base up into the circle of the follower's teeth, away from the driver.
+    let check = with_mesh(Carrier::Support, |mesh| {
+        let (low, _) = mesh.bounds();
+        let post = post(Vector3::new(known::PITCH, 0.0, low.z), (1.5, 10.0 - low.z));
+        Solid::new(mesh, "support")
+            .expect("sound")
+            .union(&post)
+            .mesh()
+    });
+    let failed = failed(&check);
+    assert!(
+        failed.contains(&"follower and support stay apart"),
+        "{failed:?}"
+    );
+    assert!(!failed.contains(&"no escape"), "{failed:?}");
+    let failure = check.failures.first().expect("named");
+    assert_eq!(failure.failure, Failure::FollowerMeetsSupport);
+}
+
+/// An upright square post on `foot`: half width and height.
+fn post(foot: Vector3<f64>, (half, height): (f64, f64)) -> Solid {
+    let size = manifold_rust::linalg::Vec3::new(2.0 * half, 2.0 * half, height);
+    let gl = manifold_rust::manifold::Manifold::cube(size, true).get_mesh_gl64(-1);
+    let mesh = Mesh {
+        vertices: gl
+            .vert_properties
+            .chunks(3)
+            .map(|v| [v[0] + foot.x, v[1] + foot.y, v[2] + foot.z + 0.5 * height])
+            .collect(),
+        triangles: gl
+            .tri_verts
+            .chunks(3)
+            .map(|t| [t[0] as u32, t[1] as u32, t[2] as u32])
+            .collect(),
+    };
+    Solid::new(&mesh, "post").expect("sound")
+}
+
+fn claim<'a>(check: &'a Check, name: &str) -> &'a Claim {
+    check.claims.iter().find(|c| c.name == name).expect(name)
+}
+
+#[test]
+fn a_design_without_bodies_is_undecided_and_fails() {
+    let check = checked(&sound().0, &known::motion(Class::R1), &[]);
+    let failed = failed(&check);
+    assert!(failed.contains(&"no overlap") && failed.contains(&"no escape"));
+    assert!(claim(&check, "no escape").figure.starts_with("undecided"));
+    assert!(!failed.contains(&"shared contact points"), "{failed:?}");
 }
 
 #[test]
@@ -318,6 +404,77 @@ fn another_motion_is_rejected() {
         failed.contains(&"driver and follower stay apart"),
         "{failed:?}"
     );
+}
+
+/// Bands of opposite side on the instantaneous pitch line of a follower that turns by
+/// −φ + `swing`·sin φ.
+fn uneven(swing: f64) -> (Design, Motion) {
+    let motion = uneven_motion(swing);
+    let (alpha, travel) = (0.5_f64, 12.0);
+    let band = |side: f64, z0: f64| {
+        let dz = travel / (known::C * TAU / known::J as f64);
+        let across = Vector3::new(0.0, dz, known::PITCH).normalize() * side;
+        let n = Vector3::x() * alpha.sin() + across * alpha.cos();
+        let ratio = |phi: f64| 1.0 - swing * phi.cos();
+        let pitch = |phi: f64| -known::L / (1.0 + ratio(phi));
+        // From n·ṗ = n·v₂(p): how fast the contact has to move along the axis.
+        let speed = |phi: f64| {
+            let h = 1e-4;
+            let slide = (pitch(phi + h) - pitch(phi - h)) / (2.0 * h);
+            (-n.y * ratio(phi) * pitch(phi) - n.x * slide) / n.z
+        };
+        known::band(&motion, &|phi, middle| {
+            // Simpson's rule with 32 intervals.
+            let h = (phi - middle) / 32.0;
+            let weight = |i: i32| match i {
+                0 | 32 => 1.0,
+                i if i % 2 == 1 => 4.0,
+                _ => 2.0,
+            };
+            let sum: f64 = (0..=32)
+                .map(|i| weight(i) * speed(middle + h * f64::from(i)))
+                .sum();
+            (Vector3::new(pitch(phi), 0.0, z0 + h / 3.0 * sum), n)
+        })
+    };
+    let mut design = known::design(Class::R1, vec![band(1.0, 10.0), band(-1.0, 26.0)]);
+    design.motion = motion_source(swing);
+    (design, motion)
+}
+
+fn motion_source(swing: f64) -> MotionSource {
+    serde_json::from_value(serde_json::json!({
+        "kind": "formula",
+        "own_turn": format!("-phi + {swing}*sin(phi)"),
+    }))
+    .expect("a motion")
+}
+
+fn uneven_motion(swing: f64) -> Motion {
+    Motion::new(Class::R1, &motion_source(swing)).expect("a motion")
+}
+
+#[test]
+fn a_motion_scaled_by_a_twentieth_is_rejected() {
+    let (design, motion) = uneven(0.25);
+    let bodies = Solids::build(&design, &motion).expect("builds").bodies;
+    let right = checked(&design, &motion, &bodies);
+    let of = |check: &Check| {
+        failed(check)
+            .iter()
+            .map(|n| n.to_string())
+            .collect::<Vec<_>>()
+    };
+    let wrong = checked(&design, &uneven_motion(0.25 * 1.05), &bodies);
+    for name in [
+        "shared contact points",
+        "no approach",
+        "driver and follower stay apart as printed",
+        "kinematic error",
+    ] {
+        assert!(!of(&right).contains(&name.into()), "{:#?}", right.claims);
+        assert!(of(&wrong).contains(&name.into()), "{:?}", of(&wrong));
+    }
 }
 
 #[test]

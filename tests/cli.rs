@@ -299,7 +299,7 @@ fn a_motion_that_no_gear_makes_leaves_a_draft_and_says_why() {
 
 #[test]
 fn a_design_survives_a_failed_run_into_its_folder() {
-    let folder = folder(&format!("{UNIFORM}[search]\neffort = 0.03\n"));
+    let folder = folder(&format!("{UNIFORM}[search]\neffort = 0.1\n"));
     let output = run(folder.path(), &["--json", "design", "my.toml", "-o", "out"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert_eq!(text(&output.stderr), "", "progress is for people");

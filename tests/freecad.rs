@@ -71,7 +71,7 @@ fn macro_agrees_with_the_mesh(class: Class) {
             .expect("part");
         let mesh = body.mesh.volume();
         let off = (volume - mesh).abs() / mesh;
-        println!(
+        eprintln!(
             "{class} {}: FreeCAD {volume:.2}, mesh {mesh:.2}, {:.3} %",
             body.name,
             100.0 * off

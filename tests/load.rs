@@ -386,3 +386,36 @@ fn at_a_hand_over_the_next_tooth_counts() {
         }
     }
 }
+
+#[test]
+fn the_table_over_the_angle_says_what_the_samples_say() {
+    let design = revolute();
+    let report = analyse(
+        &design,
+        &motion(Class::R1),
+        &torque_load(300.0),
+        sampling(24),
+    )
+    .expect("held");
+    let table = report.table(1);
+    assert_eq!(table.rows.len(), 24);
+    let column = |name: &str| {
+        let index = table.columns.iter().position(|c| c == name);
+        index.unwrap_or_else(|| panic!("{name} among {:?}", table.columns))
+    };
+    for (row, sample) in table.rows.iter().zip(&report.samples) {
+        let number = |name: &str| row[column(name)].parse::<f64>().expect("a number");
+        assert!((number("phi deg") - sample.phi.to_degrees()).abs() < 0.06);
+        assert!((number("force2 N") - sample.contacts[1].force).abs() < 6e-4);
+        assert!((number("torque Nmm") - sample.torque).abs() < 6e-3);
+        assert!((number("play mm") - sample.play_point).abs() < 6e-4);
+    }
+    // Weight along the axis loads nothing: unlimited, and an empty cell to a spreadsheet.
+    assert_eq!(table.rows[0][column("payload g")], "–");
+    let csv = table.render(mpcgear::table::Format::Csv).expect("csv");
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let first = reader.records().next().expect("a row").expect("csv");
+    assert_eq!(&first[column("payload g")], "");
+    assert_eq!(table.records()[0]["payload g"], serde_json::Value::Null);
+    assert_eq!(report.table(6).rows.len(), 4);
+}

@@ -185,7 +185,7 @@ impl Bench {
             };
             let value = (5e3 * (p.value + end)).round() / 1e4;
             let changed = self.rebuilt(|d| d.recipe.parameters[i].value = value);
-            println!("{} = {value}", p.name);
+            eprintln!("{} = {value}", p.name);
             self.agrees(&p.name, value, &changed);
         }
     }

@@ -7,10 +7,10 @@ mod synthetic;
 use std::path::PathBuf;
 
 use mpcgear::design::Design;
+use mpcgear::export::Source;
 use mpcgear::export::compare;
 use mpcgear::export::evidence::Evidence;
 use mpcgear::export::report::{self, Claim, ReportInput};
-use mpcgear::export::{File, Source};
 use mpcgear::load::Load;
 use mpcgear::motion::{Class, Motion};
 use mpcgear::solid::Solids;
@@ -53,6 +53,7 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
         limit: "0".into(),
         place: "φ = 12.0°".into(),
         holds: true,
+        ..Claim::default()
     };
     let source = Source {
         design: &design,
@@ -67,7 +68,7 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
             "0 of 2304",
         ),
     ];
-    let files = [File::new("print/driver.stl", ""), File::new("parts.md", "")];
+    let files = ["print/driver.stl", "parts.md"].map(PathBuf::from);
     let evidence = Evidence::gather(&source, claims, &files).unwrap();
     use_it(&evidence.input(&source, "name = \"<b>bold</b> </script>\"\n"))
 }

@@ -57,7 +57,7 @@ fn body(name: &str, carrier: Carrier, solid: &Manifold) -> SolidBody {
 
 /// Driver turning by φ about x = −25, follower by −φ about z: the uniform motion.
 fn proof_of(class: Class, bodies: &[SolidBody], settings: &ProofSettings, q: f64) -> Proof {
-    let motion = Motion::new(class, &MotionSource::Uniform {}).unwrap();
+    let motion = Motion::new(class, &MotionSource::Uniform {}).expect("a uniform motion");
     let mechanism = Mechanism {
         motion: &motion,
         center_distance: 25.0,
@@ -71,7 +71,7 @@ fn proof_of(class: Class, bodies: &[SolidBody], settings: &ProofSettings, q: f64
     prove(bodies, &mechanism, (settings, &closure), &mut |_, _| {
         ControlFlow::Continue(())
     })
-    .unwrap()
+    .expect("a proof")
 }
 
 fn kinds(mesh: &Mesh) -> Vec<Defect> {

@@ -52,7 +52,12 @@ pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
         tolerance_mm: args.tolerance,
         ..Printer::default()
     };
-    let (found, seconds) = judge(cli, (&design, &motion), &given, printer)?;
+    let (found, seconds) = judge(
+        cli,
+        (&design, &motion),
+        &given,
+        (printer, Effort::scaled(args.effort)),
+    )?;
     if cli.json {
         print_out(&json(&Answer {
             design: &design.name,
@@ -77,7 +82,13 @@ pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
 pub fn of(cli: &Cli, source: &Source, file: &Path) -> Result<Check> {
     let (design, motion) = (source.design, source.motion);
     let given = given((design, motion), file, &MeshArgs::default())?;
-    Ok(judge(cli, (design, motion), &given, Printer::default())?.0)
+    Ok(judge(
+        cli,
+        (design, motion),
+        &given,
+        (Printer::default(), Effort::default()),
+    )?
+    .0)
 }
 
 /// The check, watched, and how many seconds it took.
@@ -85,7 +96,7 @@ fn judge(
     cli: &Cli,
     (design, motion): (&Design, &Motion),
     given: &Given,
-    printer: Printer,
+    (printer, effort): (Printer, Effort),
 ) -> Result<(Check, f64)> {
     let watch = Watch::new(cli.quiet || cli.json, 0.0);
     let input = CheckInput {
@@ -94,7 +105,7 @@ fn judge(
         bodies: &given.bodies,
         pieces: &given.pieces,
         printer,
-        effort: Effort::default(),
+        effort,
     };
     let found = check(&input, &mut |what, done| watch.step(what, done));
     watch.finish();
@@ -157,12 +168,11 @@ fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> 
             .into_owned();
         given.pieces.push((name, stl::read(&path)?));
     }
-    if let (true, Some(Ok(solids))) = (given.pieces.is_empty(), built) {
-        given.pieces = solids
-            .pieces
-            .into_iter()
-            .map(|p| (p.name, p.mesh))
-            .collect();
+    if given.pieces.is_empty()
+        && let Ok(solids) = built.unwrap_or_else(|| Solids::build(design, motion))
+    {
+        let pieces = solids.pieces.into_iter();
+        given.pieces = pieces.map(|p| (p.name, p.mesh)).collect();
     }
     Ok(given)
 }

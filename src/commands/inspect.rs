@@ -2,35 +2,69 @@
 
 use std::path::{Path, PathBuf};
 
-use mpcgear::load::{self, Sampling};
+use mpcgear::export::figures;
+use mpcgear::load::sensitivity::{Sensitivity, sensitivity};
+use mpcgear::load::{self, LoadReport, Sampling};
+use mpcgear::table::Format;
 use mpcgear::{Result, export, stats};
+use serde::Serialize;
 
 use super::{json, print_out, read_design, say};
 use crate::cli::{Cli, TableFormat};
 
-/// Prints what the design has to bear.
+/// Angles at which assembly errors are tried; each takes a hundred small programs.
+const ERROR_ANGLES: usize = 60;
+
+/// Of the load figures over 360 angles, the text shows every so many.
+const TEXT_STEP: usize = 15;
+
+/// The answer with `--json`.
+#[derive(Serialize)]
+struct Answer<'a> {
+    #[serde(flatten)]
+    load: &'a LoadReport,
+    sensitivity: Sensitivity,
+}
+
+/// Prints what the design has to bear: figures and a table over the driver angle, or all of it as
+/// JSON or CSV.
 ///
 /// # Errors
-/// As [`load::analyse`].
-pub fn load(cli: &Cli, path: &Path, (payload, _csv): (Option<f64>, bool)) -> Result<u8> {
+/// As [`load::analyse`] and [`sensitivity`].
+pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Result<u8> {
     let (design, motion, _) = read_design(path)?;
     let mut carried = design.settings.load.clone();
     carried.mass_g = payload.unwrap_or(carried.mass_g);
     let report = load::analyse(&design, &motion, &carried, Sampling::default())?;
-    if cli.json {
-        print_out(&json(&report)?)?;
+    if csv {
+        print_out(report.table(1).render(Format::Csv)?.trim_end())?;
         return Ok(0);
     }
+    let few = Sampling {
+        count: ERROR_ANGLES,
+        ..Sampling::default()
+    };
+    let sensitivity = sensitivity(&design, &motion, &carried, few)?;
+    if cli.json {
+        let load = &report;
+        print_out(&json(&Answer { load, sensitivity })?)?;
+        return Ok(0);
+    }
+    let mut figures = figures::load(&carried, &report);
+    figures.extend(figures::assembly_errors(
+        &carried,
+        &sensitivity,
+        design.class,
+    ));
+    for figure in figures {
+        let (name, value, unit) = (figure.name, figure.value, figure.unit);
+        let line = format!("{name:<31} {value:>18} {unit:<6} {}", figure.meaning);
+        say(cli, line.trim_end())?;
+    }
+    say(cli, "")?;
     say(
         cli,
-        &format!(
-            "payload {:.0} g: largest contact force {:.2} N, driver torque up to {:.1} N·mm, payload at {:.0} N a contact {:.0} g",
-            carried.mass_g,
-            report.force_max,
-            report.torque_max,
-            carried.force_limit_n,
-            1000.0 * report.payload_max,
-        ),
+        report.table(TEXT_STEP).render(Format::Text)?.trim_end(),
     )
 }
 
@@ -41,7 +75,10 @@ pub fn load(cli: &Cli, path: &Path, (payload, _csv): (Option<f64>, bool)) -> Res
 pub fn compare(cli: &Cli, designs: &[PathBuf], out: &Path) -> Result<u8> {
     let entries = stats::collect(designs)?;
     export::compare::write(&entries, out)?;
-    say(cli, &stats::table(&entries).render(stats::Format::Text)?)?;
+    if cli.json {
+        print_out(&json(&stats::table(&entries).records())?)?;
+    }
+    say(cli, &stats::table(&entries).render(Format::Text)?)?;
     say(cli, &format!("written: {}", out.display()))
 }
 
@@ -49,16 +86,17 @@ pub fn compare(cli: &Cli, designs: &[PathBuf], out: &Path) -> Result<u8> {
 ///
 /// # Errors
 /// As [`stats::collect`].
-pub fn stats(_cli: &Cli, designs: &[PathBuf], format: TableFormat) -> Result<u8> {
+pub fn stats(cli: &Cli, designs: &[PathBuf], format: TableFormat) -> Result<u8> {
     let format = match format {
-        TableFormat::Text => stats::Format::Text,
-        TableFormat::Csv => stats::Format::Csv,
-        TableFormat::Markdown => stats::Format::Markdown,
+        TableFormat::Text => Format::Text,
+        TableFormat::Csv => Format::Csv,
+        TableFormat::Markdown => Format::Markdown,
     };
-    print_out(
-        stats::table(&stats::collect(designs)?)
-            .render(format)?
-            .trim_end(),
-    )?;
+    let table = stats::table(&stats::collect(designs)?);
+    let text = match cli.json {
+        true => json(&table.records())?,
+        false => table.render(format)?,
+    };
+    print_out(text.trim_end())?;
     Ok(0)
 }

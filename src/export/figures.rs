@@ -5,6 +5,9 @@ use serde::Serialize;
 use super::curves::q_unit;
 use super::report::ReportInput;
 use crate::design::Design;
+use crate::load::sensitivity::Sensitivity;
+use crate::load::{Load, LoadReport};
+use crate::motion::Class;
 
 /// One line of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -109,7 +112,10 @@ pub fn all(input: &ReportInput) -> Vec<Figure> {
             "Has to be 100 %.",
         );
     }
-    loads(input, &mut figures);
+    let settings = &input.design.settings.load;
+    figures.extend(input.load.into_iter().flat_map(|l| load(settings, l)));
+    let errors = input.sensitivity.into_iter();
+    figures.extend(errors.flat_map(|s| assembly_errors(settings, s, input.design.class)));
     sizes(input, &mut figures);
     figures
 }
@@ -185,112 +191,128 @@ fn gear(design: &Design, figures: &mut Vec<Figure>) {
     );
 }
 
-fn loads(input: &ReportInput, figures: &mut Vec<Figure>) {
-    let settings = &input.design.settings.load;
-    if let Some(load) = input.load {
-        let mut add = table(figures, "Load");
-        let optional =
-            |x: Option<f64>, digits: usize| x.map_or("–".into(), |x| rounded(x, digits));
-        add(
-            "Payload",
-            rounded(settings.mass_g, 4),
-            "g",
-            "As given in the motion file.",
-        );
-        add("Largest contact force", rounded(load.force_max, 3), "N", "");
-        add(
-            "Largest motor torque",
-            rounded(load.torque_max, 3),
-            "N·mm",
-            "Without friction.",
-        );
-        add(
-            "… with friction",
-            load.torque_with_friction_max
-                .map_or("jams".into(), |x| rounded(x, 3)),
-            "N·mm",
-            "With the friction coefficient of the motion file.",
-        );
-        add(
-            "Efficiency",
-            optional(load.efficiency.map(|e| 100.0 * e), 3),
-            "%",
-            "Useful work over motor work, while the motor lifts.",
-        );
-        add(
-            "Largest payload",
-            rounded(load.payload_max * 1000.0, 3),
-            "g",
-            "Until the first contact carries the force limit.",
-        );
-        add(
-            "Largest contact pressure",
-            optional(load.pressure_max, 3),
-            "MPa",
-            "Hertz pressure of the rounded flanks.",
-        );
-        add(
-            "… allowed",
-            rounded(load.pressure_allowed, 3),
-            "MPa",
-            "For the material chosen, without yielding.",
-        );
-        add(
-            "Largest play of the load point",
-            rounded(load.play_point_max, 3),
-            "mm",
-            "With the motor held.",
-        );
-        add(
-            "Largest play as an angle",
-            rounded(load.play_turn_max.to_degrees(), 3),
-            "°",
-            "",
-        );
-    }
-    if let Some(s) = input.sensitivity {
-        let mut add = table(figures, "Assembly errors");
-        add(
-            "Errors allowed",
-            format!(
-                "{} mm, {}°, {} %",
-                settings.center_distance_error_mm,
-                settings.axis_tilt_error_deg,
-                settings.scale_error_percent
-            ),
-            "",
-            "Centre distance, axis tilt, scale.",
-        );
-        let unit = q_unit(input.design.class);
-        add(
-            "Smallest grip then",
-            rounded(s.by_sampling.q_min, 4),
-            unit,
-            "Worst of many errors within these.",
-        );
-        add(
-            "… by derivatives",
-            rounded(s.by_derivative.q_min, 4),
-            unit,
-            "All errors at their worst sign at once.",
-        );
-        add(
-            "Load point moves by up to",
-            rounded(s.by_sampling.point, 3),
-            "mm",
-            "",
-        );
-        add(
-            "Follower turns by up to",
-            rounded(s.by_sampling.turn.to_degrees(), 3),
-            "°",
-            "",
-        );
-        add(
-            "Gap lost at a contact",
-            rounded(s.by_sampling.interference, 3),
-            "mm",
-            "More than the gap between flanks would jam.",
-        );
-    }
+/// Figures of what the mechanism carries.
+pub fn load(settings: &Load, load: &LoadReport) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    let mut add = table(&mut figures, "Load");
+    let optional = |x: Option<f64>, digits: usize| x.map_or("–".into(), |x| rounded(x, digits));
+    add(
+        "Payload",
+        rounded(settings.mass_g, 4),
+        "g",
+        "At the load point of the motion file.",
+    );
+    add("Largest contact force", rounded(load.force_max, 3), "N", "");
+    add(
+        "Largest motor torque",
+        rounded(load.torque_max, 3),
+        "N·mm",
+        "Without friction.",
+    );
+    add(
+        "… with friction",
+        load.torque_with_friction_max
+            .map_or("jams".into(), |x| rounded(x, 3)),
+        "N·mm",
+        "With the friction coefficient of the motion file.",
+    );
+    add(
+        "Efficiency",
+        optional(load.efficiency.map(|e| 100.0 * e), 3),
+        "%",
+        "Useful work over motor work, while the motor lifts.",
+    );
+    add(
+        "Largest payload",
+        rounded(load.payload_max * 1000.0, 3),
+        "g",
+        "Until the first contact carries the force limit.",
+    );
+    add(
+        "Largest contact pressure",
+        optional(load.pressure_max, 3),
+        "MPa",
+        match load.pressure_max {
+            Some(pressure) if pressure > load.pressure_allowed => {
+                "Hertz pressure of the rounded flanks: too much, they would yield."
+            }
+            _ => "Hertz pressure of the rounded flanks.",
+        },
+    );
+    add(
+        "… allowed",
+        rounded(load.pressure_allowed, 3),
+        "MPa",
+        "For the material chosen, without yielding.",
+    );
+    add(
+        "Largest play of the load point",
+        rounded(load.play_point_max, 3),
+        "mm",
+        "With the motor held.",
+    );
+    add(
+        "… where the load leaves it",
+        rounded(load.samples.iter().map(|s| s.sag).fold(0.0, f64::max), 3),
+        "mm",
+        "Largest distance from the pose without gap.",
+    );
+    add(
+        "Largest play as an angle",
+        rounded(load.play_turn_max.to_degrees(), 3),
+        "°",
+        "",
+    );
+    drop(add);
+    figures
+}
+
+/// Figures of what assembly errors do.
+pub fn assembly_errors(settings: &Load, s: &Sensitivity, class: Class) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    let mut add = table(&mut figures, "Assembly errors");
+    add(
+        "Errors allowed",
+        format!(
+            "{} mm, {}°, {} %",
+            settings.center_distance_error_mm,
+            settings.axis_tilt_error_deg,
+            settings.scale_error_percent
+        ),
+        "",
+        "Centre distance, axis tilt, scale.",
+    );
+    let unit = q_unit(class);
+    add(
+        "Smallest grip then",
+        rounded(s.by_sampling.q_min, 4),
+        unit,
+        "Worst of many errors within these.",
+    );
+    add(
+        "… by derivatives",
+        rounded(s.by_derivative.q_min, 4),
+        unit,
+        "All errors at their worst sign at once.",
+    );
+    add(
+        "Load point moves by up to",
+        rounded(s.by_sampling.point, 3),
+        "mm",
+        "",
+    );
+    add(
+        "Follower turns by up to",
+        rounded(s.by_sampling.turn.to_degrees(), 3),
+        "°",
+        "",
+    );
+    add(
+        "Gap lost at a contact",
+        rounded(s.by_sampling.interference, 3),
+        "mm",
+        "More than the gap between flanks would jam.",
+    );
+    drop(add);
+    figures
 }

@@ -142,7 +142,7 @@ pub fn write_pictures(input: &ReportInput, folder: &Path) -> Result<Vec<PathBuf>
 /// The report as text.
 ///
 /// # Errors
-/// As [`write`], without files.
+/// As [`write()`], without files.
 pub fn html(input: &ReportInput) -> Result<String> {
     let design = input.design;
     let plots = curves::plots(input);

@@ -105,7 +105,7 @@ fn upper_end<'a>(length: &'a str, bottom: &str) -> Option<&'a str> {
 }
 
 fn point(coordinates: &[String; 3]) -> String {
-    let [x, y, z] = coordinates.each_ref().map(|c| readable(c));
+    let [x, y, z] = coordinates.each_ref().map(readable);
     format!("[{x}, {y}, {z}]")
 }
 

@@ -4,6 +4,7 @@
 //! Quasi-static, first order in gaps and errors. The pin or ball of the joint takes what lies
 //! outside span(U) and is taken as free of friction.
 
+mod columns;
 pub mod contacts;
 pub mod efficiency;
 pub mod forces;

@@ -6,7 +6,8 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::clearance::{Scene, Swept};
+use super::clearance::Scene;
+use super::swept::Swept;
 use crate::closure::{Wrench, wrench};
 use crate::contact::Grid;
 use crate::design::Gear;

@@ -4,20 +4,13 @@
 
 use nalgebra::Vector3;
 
+use super::swept::{Ball, Field, Fins, Sweep, Swept};
 use crate::contact::Grid;
 use crate::design::Gear;
 use crate::envelope::{BallJoint, Envelope};
 use crate::motion::{Motion, MotionState, Pose};
 use crate::settings::Settings;
 use crate::sub_gear::{Band, Flaw};
-
-/// Ball of a tooth or rib in the frame of its gear: centre (mm), radius (mm), tooth index.
-#[derive(Debug, Clone, Copy)]
-struct Ball {
-    centre: Vector3<f64>,
-    radius: f64,
-    tooth: u8,
-}
 
 /// One sampled phase.
 #[derive(Debug, Clone, Copy)]
@@ -179,17 +172,11 @@ impl Scene {
         let axis = self.axis(gear);
         let middle = 0.5 * self.bead_depths.iter().sum::<f64>() / self.bead_depths.len() as f64
             + 0.5 * self.bead_depths[0];
-        let teeth = (0..band.teeth.len()).map(|j| {
+        let beads = (0..band.teeth.len()).map(|j| {
             let bead = band.bead_axis(grid, j, gear, middle, self.stride);
-            bead.iter()
-                .map(|p| (p - axis, FIN_RADIUS * self.center_distance))
-                .map(|(p, r)| [r * p.y.atan2(p.x), p.z])
-                .collect()
+            bead.iter().map(|p| p - axis).collect()
         });
-        Fins {
-            teeth: teeth.collect(),
-            turn: std::f64::consts::TAU * FIN_RADIUS * self.center_distance,
-        }
+        Fins::new(beads, self.center_distance)
     }
 
     /// Whether tooth `j` can be near the mesh at driver angle `phi`: within [`MESH_WINDOW`] of its
@@ -256,11 +243,7 @@ impl Scene {
         let axis = self.axis(Gear::Driver);
         let hub = self.envelope.driver_hub_radius + self.gap;
         let reach = REACH * self.center_distance;
-        let mut sweep = Sweep {
-            points: Vec::new(),
-            low: f32::MAX,
-            high: f32::MIN,
-        };
+        let mut sweep = Sweep::empty(self.center_distance);
         for phase in &self.phases {
             for ball in follower.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
                 let q = phase.follower_in_driver.apply(ball.centre);
@@ -269,17 +252,11 @@ impl Scene {
                     return Err(Flaw::Hub);
                 }
                 if radius < reach + ball.radius {
-                    let z = q.z as f32;
-                    sweep.low = sweep.low.min(z - ball.radius as f32);
-                    sweep.high = sweep.high.max(z + ball.radius as f32);
-                    sweep.points.push(SweptPoint {
-                        at: [q.x as f32, q.y as f32, z],
-                        radius: ball.radius as f32,
-                        tooth: ball.tooth,
-                    });
+                    sweep.push(q, ball);
                 }
             }
         }
+        sweep.trim();
         Ok(sweep)
     }
 
@@ -319,9 +296,7 @@ impl Scene {
             .last()
             .map_or(0.0, |d| d + self.bead_radius)
             + self.gap;
-        (0..2).all(|g| a.fins[g].apart(&b.fins[g], limit))
-            && a.sweep.clears(&b.field, self.gap, false)
-            && b.sweep.clears(&a.field, self.gap, false)
+        a.compatible(b, self.gap, limit)
     }
 }
 
@@ -419,229 +394,4 @@ fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
     let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
     let arm = outside(across, p.z.abs() - joint.arm_half_height);
     ring.min(arm)
-}
-
-/// A band ready for collision tests.
-#[derive(Debug, Clone)]
-pub struct Swept {
-    field: Field,
-    sweep: Sweep,
-    /// Of driver and follower.
-    fins: [Fins; 2],
-}
-
-/// The fins of one gear unrolled on a cylinder between hub and tip: lines of (arc, z), mm.
-#[derive(Debug, Clone)]
-struct Fins {
-    teeth: Vec<Vec<[f64; 2]>>,
-    /// Arc of a full turn.
-    turn: f64,
-}
-
-/// Radius on which fins are unrolled, as a share of the centre distance: half way up a fin.
-const FIN_RADIUS: f64 = 0.36;
-
-impl Fins {
-    /// Whether all fins of one band stay `limit` away from all of the other: fins that cross or graze
-    /// leave slivers of material between them.
-    fn apart(&self, other: &Fins, limit: f64) -> bool {
-        let range = |tooth: &[[f64; 2]]| {
-            tooth.iter().fold((f64::MAX, f64::MIN), |(low, high), p| {
-                (low.min(p[1]), high.max(p[1]))
-            })
-        };
-        let others: Vec<_> = other.teeth.iter().map(|t| (t, range(t))).collect();
-        self.teeth.iter().all(|a| {
-            let (low, high) = range(a);
-            others
-                .iter()
-                .filter(|(_, r)| r.0 < high + limit && r.1 > low - limit)
-                .all(|(b, _)| {
-                    a.iter().all(|p| {
-                        b.iter().all(|q| {
-                            let arc = (p[0] - q[0]).abs() % self.turn;
-                            arc.min(self.turn - arc).hypot(p[1] - q[1]) >= limit
-                        })
-                    })
-                })
-        })
-    }
-}
-
-impl Swept {
-    /// Axial extent of the mesh, driver and follower together, lowest and highest z in Σ.
-    pub fn extent(&self) -> (f64, f64) {
-        let field = &self.field;
-        let pad = field.range + field.depth;
-        let top = field.low[2] + field.cell * (field.size[2] - 1) as f32 - pad;
-        let low = self.sweep.low.min(field.low[2] + pad);
-        (f64::from(low), f64::from(self.sweep.high.max(top)))
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-struct SweptPoint {
-    at: [f32; 3],
-    radius: f32,
-    tooth: u8,
-}
-
-#[derive(Debug, Clone)]
-struct Sweep {
-    points: Vec<SweptPoint>,
-    low: f32,
-    high: f32,
-}
-
-impl Sweep {
-    /// Whether all points keep `gap` from the field. In a band's test against itself (`own`) a tooth
-    /// touches its mate by design: there only penetration beyond the field's accuracy counts.
-    fn clears(&self, field: &Field, gap: f64, own: bool) -> bool {
-        let top = field.low[2] + field.cell * (field.size[2] - 1) as f32;
-        if self.low > top || self.high < field.low[2] {
-            return true;
-        }
-        let gap = gap as f32;
-        self.points.iter().all(|point| {
-            let Some(near) = field.at(point.at) else {
-                return true;
-            };
-            if own && near.tooth == point.tooth {
-                near.distance - point.radius > -TOUCH && near.other - point.radius > gap
-            } else {
-                near.distance - point.radius > gap
-            }
-        })
-    }
-}
-
-/// Accuracy of the interpolated field near a contact, mm: designed contacts may seem this deep.
-const TOUCH: f32 = 0.08;
-
-#[derive(Debug, Clone, Copy)]
-struct Near {
-    distance: f32,
-    tooth: u8,
-    other: f32,
-}
-
-/// Distance to the driver's balls on a regular grid: nearest tooth and nearest other tooth, as
-/// one-byte codes.
-#[derive(Debug, Clone)]
-struct Field {
-    low: [f32; 3],
-    size: [usize; 3],
-    cell: f32,
-    /// Codes per mm, and the depth inside a ball that code 0 stands for.
-    scale: f32,
-    depth: f32,
-    /// Distances up to this are exact.
-    range: f32,
-    cells: Vec<[u8; 3]>,
-}
-
-impl Field {
-    /// Field around `balls`, good for distances up to `need` (mm).
-    fn new(balls: &[Ball], cell: f64, need: f64) -> Field {
-        let (mut lo, mut hi) = (balls[0].centre, balls[0].centre);
-        for ball in balls {
-            lo = lo.inf(&ball.centre);
-            hi = hi.sup(&ball.centre);
-        }
-        let depth = balls.iter().map(|b| b.radius).fold(0.0, f64::max);
-        let range = need + 2.0 * cell + 0.1;
-        let scale = 254.0 / (range + depth);
-        let pad = range + depth;
-        lo = lo.add_scalar(-pad);
-        hi = hi.add_scalar(pad);
-        let size: [usize; 3] =
-            std::array::from_fn(|k| ((hi[k] - lo[k]) / cell).ceil() as usize + 1);
-        let mut cells = vec![[254, u8::MAX, 254]; size.iter().product()];
-        for ball in balls {
-            let reach = range + ball.radius;
-            let first: [usize; 3] = std::array::from_fn(|k| {
-                ((ball.centre[k] - reach - lo[k]) / cell).ceil().max(0.0) as usize
-            });
-            let last: [usize; 3] =
-                std::array::from_fn(|k| ((ball.centre[k] + reach - lo[k]) / cell).floor() as usize);
-            for ix in first[0]..=last[0].min(size[0] - 1) {
-                let dx = lo.x + ix as f64 * cell - ball.centre.x;
-                for iy in first[1]..=last[1].min(size[1] - 1) {
-                    let dy = lo.y + iy as f64 * cell - ball.centre.y;
-                    let row = (ix * size[1] + iy) * size[2];
-                    let planar = dx * dx + dy * dy;
-                    if planar > reach * reach {
-                        continue;
-                    }
-                    for iz in first[2]..=last[2].min(size[2] - 1) {
-                        let dz = lo.z + iz as f64 * cell - ball.centre.z;
-                        let distance = (planar + dz * dz).sqrt() - ball.radius;
-                        let code = ((distance + depth) * scale).clamp(0.0, 254.0) as u8;
-                        let c = &mut cells[row + iz];
-                        if c[1] == ball.tooth {
-                            c[0] = c[0].min(code);
-                        } else if code < c[0] {
-                            *c = [code, ball.tooth, c[0]];
-                        } else {
-                            c[2] = c[2].min(code);
-                        }
-                    }
-                }
-            }
-        }
-        Field {
-            low: [lo.x as f32, lo.y as f32, lo.z as f32],
-            size,
-            cell: cell as f32,
-            scale: scale as f32,
-            depth: depth as f32,
-            range: range as f32,
-            cells,
-        }
-    }
-
-    /// Interpolated distances at `p`; `None` outside the grid or beyond the stored range.
-    fn at(&self, p: [f32; 3]) -> Option<Near> {
-        let mut index = [0_usize; 3];
-        let mut fraction = [0.0_f32; 3];
-        for k in 0..3 {
-            let x = (p[k] - self.low[k]) / self.cell;
-            if !(x >= 0.0 && x < (self.size[k] - 1) as f32) {
-                return None;
-            }
-            index[k] = x as usize;
-            fraction[k] = x - index[k] as f32;
-        }
-        let base = (index[0] * self.size[1] + index[1]) * self.size[2] + index[2];
-        let strides = [self.size[1] * self.size[2], self.size[2], 1];
-        // Within a cell the distance changes by less than its diagonal: far cells need no more.
-        let decode = |code: u8| f32::from(code) / self.scale - self.depth;
-        if decode(self.cells[base][0]) > self.range - 2.0 * self.cell {
-            return None;
-        }
-        let (mut distance, mut other) = (0.0, 0.0);
-        let mut nearest = (f32::MIN, u8::MAX);
-        for corner in 0..8 {
-            let (mut weight, mut at) = (1.0, base);
-            for k in 0..3 {
-                if corner >> k & 1 == 1 {
-                    weight *= fraction[k];
-                    at += strides[k];
-                } else {
-                    weight *= 1.0 - fraction[k];
-                }
-            }
-            let c = self.cells[at];
-            distance += weight * decode(c[0]);
-            other += weight * decode(c[2]);
-            if weight > nearest.0 {
-                nearest = (weight, c[1]);
-            }
-        }
-        Some(Near {
-            distance,
-            tooth: nearest.1,
-            other,
-        })
-    }
 }

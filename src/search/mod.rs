@@ -8,6 +8,7 @@ pub mod paper_search;
 pub mod polish;
 pub mod select;
 pub mod slsqp;
+pub mod swept;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -79,23 +80,26 @@ struct Plan {
     draws: usize,
     /// Starts of the local search over choices.
     starts: usize,
-    /// Generations of the polish of each finalist.
+    /// Choices that are polished.
+    polished: usize,
+    /// Generations of the polish of each of them.
     generations: usize,
 }
 
 impl Plan {
     fn new(dof: usize, effort: f64) -> Plan {
-        let (usable, draws, starts, generations) = match dof {
-            1 => (300, 4_000, 48, 120),
-            2 => (450, 8_000, 64, 200),
-            3 => (900, 16_000, 64, 300),
-            _ => (1200, 20_000, 96, 400),
+        let (usable, draws, starts, (polished, generations)) = match dof {
+            1 => (300, 4_000, 48, (4, 100)),
+            2 => (450, 8_000, 64, (4, 200)),
+            3 => (900, 16_000, 64, (6, 300)),
+            _ => (1100, 20_000, 96, (8, 400)),
         };
         let scaled = |n: usize| ((n as f64 * effort).round() as usize).max(1);
         Plan {
             usable: scaled(usable),
             draws: scaled(draws),
             starts: scaled(starts),
+            polished,
             generations: scaled(generations),
         }
     }
@@ -103,8 +107,7 @@ impl Plan {
 
 /// Candidates drawn between two looks at the observer.
 const BATCH: usize = 256;
-/// Choices that are polished, and the best of them that are offered to the proof.
-const POLISHED: usize = 8;
+/// Polished choices that are offered to the proof.
 const FINALISTS: usize = 4;
 
 /// Searches for K compatible bands that close the follower at every φ.
@@ -182,7 +185,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
             })
             .is_break()
         };
-        let mut teams: Vec<Team> = distinct(&choices)
+        let mut teams: Vec<Team> = distinct(&choices, plan.polished)
             .map(|c| {
                 Team::new(
                     &workshop,
@@ -235,8 +238,8 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
 /// K above N tried before a motion is called infeasible.
 const MORE: usize = 3;
 
-/// The best choices that differ from each other in at least half of their bands.
-fn distinct(choices: &[select::Choice]) -> impl Iterator<Item = &select::Choice> {
+/// The best `count` choices that differ from each other in at least half of their bands.
+fn distinct(choices: &[select::Choice], count: usize) -> impl Iterator<Item = &select::Choice> {
     let mut kept: Vec<&select::Choice> = Vec::new();
     for choice in choices {
         let new = kept.iter().all(|other| {
@@ -250,7 +253,7 @@ fn distinct(choices: &[select::Choice]) -> impl Iterator<Item = &select::Choice>
         if new {
             kept.push(choice);
         }
-        if kept.len() == POLISHED {
+        if kept.len() == count {
             break;
         }
     }

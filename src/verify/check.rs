@@ -61,6 +61,25 @@ impl Default for Effort {
     }
 }
 
+impl Effort {
+    /// The default times `share`, never less than a few phases.
+    pub fn scaled(share: f64) -> Effort {
+        let Effort {
+            steps,
+            escape_phases,
+            directions,
+            play_phases,
+        } = Effort::default();
+        let of = |count: usize, least: usize| ((count as f64 * share).ceil() as usize).max(least);
+        Effort {
+            steps: of(steps, 90),
+            escape_phases: of(escape_phases, 12),
+            directions: of(directions, 8),
+            play_phases: of(play_phases, 6),
+        }
+    }
+}
+
 /// The table of claims with what it rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Check {

@@ -130,3 +130,114 @@ pub(super) fn nearest_tooth(
     }
     best.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::{FORMAT, Section, Station, SubGearPair, ToothPair};
+    use crate::motion::{Class, Motion, MotionSource};
+
+    /// Two sub-gear pairs of two teeth, all parallel to z: pair 1 below O, pair 2 above.
+    fn design() -> Design {
+        let station = |at: [f64; 3]| Station {
+            phi: 0.0,
+            p: at,
+            n: [1.0, 0.0, 0.0],
+            p1: at,
+            n1: [-1.0, 0.0, 0.0],
+            t1: [0.0, 0.0, 1.0],
+            p2: at,
+            n2: [1.0, 0.0, 0.0],
+            t2: [0.0, 0.0, 1.0],
+        };
+        let tooth = |y: f64, z: f64| ToothPair {
+            phi_start: 0.0,
+            phi_end: 0.1,
+            control_points: Vec::new(),
+            fit_error: 0.0,
+            stations: (0..9)
+                .map(|i| station([-12.5, y, z + f64::from(i)]))
+                .collect(),
+        };
+        let pair = |z: f64| SubGearPair {
+            parameters: Vec::new(),
+            teeth: vec![tooth(0.0, z), tooth(8.0, z)],
+        };
+        Design {
+            format: FORMAT,
+            generator: "test".into(),
+            name: "test".into(),
+            class: Class::R1,
+            settings: Default::default(),
+            motion: MotionSource::Uniform {},
+            sub_gear_pairs: vec![pair(-20.0), pair(10.0)],
+            section: Section {
+                thickness: 1.8,
+                flank_radius: 0.9,
+                tip: 0.9,
+                root: 0.6,
+                clearance: 0.1,
+                rib: 1.4,
+            },
+            recipe: Default::default(),
+            closure: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    fn recognised(design: &Design, bodies: [&str; 2], at: [f64; 3]) -> Option<Recognised> {
+        let motion = Motion::new(Class::R1, &MotionSource::Uniform {}).unwrap();
+        let mechanism = Mechanism {
+            motion: &motion,
+            center_distance: 25.0,
+        };
+        let place = Place { phi: 0.0, at };
+        let pair = PairProof {
+            bodies: bodies.map(String::from),
+            gap_mm: 0.0,
+            gap_at: place,
+            colliding_steps: 1,
+            overlap_mm3: Some(1.0),
+            overlap_at: Some(place),
+            doubts: vec![place],
+        };
+        recognise(design, &mechanism, &[pair]).pop()
+    }
+
+    #[test]
+    fn the_three_known_failures_are_told_apart() {
+        let gears = ["driver", "follower"];
+        let mut design = design();
+        let mates = recognised(&design, gears, [-12.0, 0.5, 12.0]).unwrap();
+        assert_eq!(mates.failure, Failure::TwistedTeeth);
+        assert_eq!(mates.driver_tooth, Some((1, 0)));
+        assert_eq!(mates.follower_tooth, Some((1, 0)));
+        // On the follower's tooth, but far from every tooth of the driver: its spoke or hub.
+        for s in &mut design.sub_gear_pairs[1].teeth[1].stations {
+            s.p1[0] -= 5.0;
+        }
+        let spoke = recognised(&design, gears, [-12.0, 8.0, 12.0]).unwrap();
+        assert_eq!(spoke.failure, Failure::TwistedTeeth);
+        assert_eq!(
+            (spoke.driver_tooth, spoke.follower_tooth),
+            (None, Some((1, 1)))
+        );
+        // A driver tooth of pair 1 that reaches up to the follower's pair 2.
+        for (s, z) in design.sub_gear_pairs[0].teeth[1]
+            .stations
+            .iter_mut()
+            .zip(6..)
+        {
+            s.p1[2] = f64::from(z);
+        }
+        let long = recognised(&design, gears, [-12.4, 7.9, 12.0]).unwrap();
+        assert_eq!(long.failure, Failure::WrongMates);
+        assert_eq!(
+            (long.driver_tooth, long.follower_tooth),
+            (Some((0, 1)), Some((1, 1)))
+        );
+        let support = recognised(&design, ["follower", "support"], [12.5, 0.0, 0.0]).unwrap();
+        assert_eq!(support.failure, Failure::FollowerMeetsSupport);
+        assert!(recognised(&design, ["driver", "support"], [-30.0, 0.0, 0.0]).is_none());
+    }
+}

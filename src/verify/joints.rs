@@ -150,11 +150,17 @@ fn leaning(parts: &[Part], mechanism: &Mechanism, play: &[Play]) -> Claim {
     let hits: Vec<Option<&Play>> = known
         .par_iter()
         .map(|&(p, distance)| {
-            let u = DVector::from_column_slice(&p.direction) * distance;
-            let by = displacement(class, &u, mechanism.motion.joint_centre(p.phi));
+            let lean = |other: &Part| {
+                let mut u = DVector::from_column_slice(&p.direction) * distance;
+                // The slider goes along in its free direction.
+                if other.body.carrier == Carrier::Slider {
+                    u[0] = 0.0;
+                }
+                displacement(class, &u, mechanism.motion.joint_centre(p.phi))
+            };
             others
                 .iter()
-                .any(|other| touches((follower, other), mechanism, (p.phi, &by)))
+                .any(|other| touches((follower, other), mechanism, (p.phi, &lean(other))))
                 .then_some(p)
         })
         .collect();

@@ -1,4 +1,5 @@
 //! Designs without an optimiser: helical teeth that roll on the pitch line of a uniform motion.
+#![allow(dead_code)] // every test file uses its own part of this
 
 use mpcgear::design::{Design, FORMAT, Section, Station, SubGearPair, ToothPair};
 use mpcgear::motion::{Class, Motion, MotionFile, MotionSource, MotionState};

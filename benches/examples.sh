@@ -1,0 +1,35 @@
+#!/bin/sh
+# Designs the five examples one after the other and prints a Markdown table of what came out against
+# what is asked for. Usage: benches/examples.sh [OUTPUT-FOLDER]; needs GNU time and Python 3.
+set -eu
+cd "$(dirname "$0")/.."
+out=${1:-target/examples}
+mkdir -p "$out"
+cargo build --release --quiet
+echo '| example | K | min Q (wanted) | time, s (at most) | CPU, s | peak memory, MB | feasible | residual, mm/rad | problems |'
+echo '|---|---|---|---|---|---|---|---|---|'
+design() { # name, least min Q, most seconds
+    code=0
+    /usr/bin/time -o "$out/$1.time" -f '%e %U %M' \
+        target/release/mpcgear --quiet design "examples/$1.toml" -o "$out/$1" || code=$?
+    folder="$out/$1"
+    # A draft goes beside an older design.
+    [ "$code" = 0 ] || [ ! -d "$folder.draft" ] || folder="$folder.draft"
+    python3 - "$folder/summary.json" "$out/$1.time" "$@" <<'PYTHON'
+import json, sys
+summary, time, name, least, most = sys.argv[1:]
+s = json.load(open(summary))
+wall, user, memory = open(time).read().split("\n")[-2].split()
+tick = lambda good: "" if good else " **missed**"
+q = s["q_min"] or float("-inf")
+print(f"| {name} | {s['k']} | {q:.2f} ({least}){tick(q >= float(least))} "
+      f"| {float(wall):.0f} ({most}){tick(float(wall) <= float(most))} | {float(user):.0f} "
+      f"| {int(memory) / 1024:.0f}{tick(int(memory) < 1.5e6)} | {'yes' if s['feasible'] else '**no**'} "
+      f"| {s['conjugation_residual_max'] or float('nan'):.1e} | {'; '.join(s['problems'])} |")
+PYTHON
+}
+design uniform_1r 9 30
+design quick_return_1r 7 30
+design stroke_1r1t 0.35 60
+design trefoil 3.0 120
+design wobble_lift_3r1t 0.12 240
