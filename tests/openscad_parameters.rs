@@ -4,6 +4,8 @@
 mod openscad_run;
 mod synthetic;
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
@@ -25,6 +27,8 @@ struct Bench {
     motion: Motion,
     solids: Solids,
     folder: PathBuf,
+    /// Bodies by the values that they were rendered with: the plain ones are needed again and again.
+    seen: RefCell<HashMap<String, Mesh>>,
 }
 
 impl Bench {
@@ -52,6 +56,7 @@ impl Bench {
             motion,
             solids,
             folder: out,
+            seen: RefCell::default(),
         }
     }
 
@@ -71,7 +76,13 @@ impl Bench {
     fn mesh(&self, body: &str, values: Values) -> Mesh {
         let label: Vec<String> = values.iter().map(|(n, v)| format!("{n}-{v}")).collect();
         let label = label.join("-").replace(['"', '.'], "_");
-        self.run(body, values).stl(&label).one_closed_body()
+        let key = format!("{body} {label}");
+        if let Some(mesh) = self.seen.borrow().get(&key) {
+            return mesh.clone();
+        }
+        let mesh = self.run(body, values).stl(&label).one_closed_body();
+        self.seen.borrow_mut().insert(key, mesh.clone());
+        mesh
     }
 
     fn volume(&self, body: &str, values: Values) -> f64 {
