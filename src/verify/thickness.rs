@@ -2,6 +2,9 @@
 //! through to a face looking the other way, or the smallest ball inside that touches the surface at
 //! two opposite places (medial diameter), which also sees the wall above the ridge of a groove.
 
+use std::collections::HashSet;
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -33,7 +36,7 @@ pub struct Wall {
 pub struct WallSettings {
     /// Walls thicker than this are of no interest, mm.
     pub up_to: f64,
-    /// Distance of the samples on large triangles, mm; every triangle has one at least. A wall above
+    /// Distance of the samples, mm. A wall above
     /// the ridge of a groove is seen within 0.3 of its thickness beside the ridge: choose less.
     pub spacing: f64,
 }
@@ -67,23 +70,30 @@ pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
 }
 
 /// Points on the surface with the tree index of their triangle: centroids of its parts after
-/// halving the longest edge until none is longer than twice `spacing`, which puts neighbours about
-/// `spacing` apart.
+/// halving the longest edge until none is longer than twice `spacing`. Slivers would put them far
+/// closer than that: of those in one cell, of an edge of `spacing` / √2, whose surface faces the same
+/// way, the first is kept.
 fn samples(tree: &Tree, spacing: f64) -> Vec<(Vector3<f64>, usize)> {
     let mut samples = Vec::new();
+    let mut seen = HashSet::new();
+    let cell = spacing * FRAC_1_SQRT_2;
     for (k, t) in tree
         .triangles
         .iter()
         .enumerate()
         .filter(|(_, t)| t.height() > SEAM)
     {
+        let facing = rounded(t.normal * FACINGS);
         let mut work = vec![t.corners];
         while let Some([a, b, c]) = work.pop() {
             let edges = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
             let longest = edges[0].max(edges[1]).max(edges[2]);
             // Rounding may keep a huge triangle from ever getting small: the stack bounds it.
             if longest <= 2.0 * spacing || work.len() > 60 {
-                samples.push(((a + b + c) / 3.0, k));
+                let p = (a + b + c) / 3.0;
+                if seen.insert((rounded(p / cell), facing)) {
+                    samples.push((p, k));
+                }
                 continue;
             }
             let [a, b, c] = match edges {
@@ -96,6 +106,14 @@ fn samples(tree: &Tree, spacing: f64) -> Vec<(Vector3<f64>, usize)> {
         }
     }
     samples
+}
+
+/// Components of a unit normal are told apart in steps of the inverse: surfaces that face the same
+/// way within about 30°.
+const FACINGS: f64 = 3.0;
+
+fn rounded(v: Vector3<f64>) -> [i32; 3] {
+    v.map(|x| x.round() as i32).into()
 }
 
 /// Distance below `limit` from `p` along the inward normal to a face that looks the other way.

@@ -72,17 +72,23 @@ impl Tree {
     pub fn nearest(&self, p: Vector3<f64>, within: f64) -> Option<(Closest, usize)> {
         let mut best = within * within;
         let mut found = None;
-        let mut stack = vec![0usize];
-        while let Some(i) = stack.pop() {
-            let Some(node) = self.nodes.get(i) else {
-                continue;
-            };
-            if node.distance_squared(p) >= best {
+        let reach = |i: usize| (i, self.nodes[i].distance_squared(p));
+        let mut stack: Vec<(usize, f64)> = Vec::with_capacity(64);
+        stack.extend(self.nodes.first().map(|_| reach(0)));
+        while let Some((i, box_squared)) = stack.pop() {
+            // Written so that a NaN is looked into.
+            if box_squared >= best {
                 continue;
             }
+            let node = &self.nodes[i];
             if node.is_leaf() {
                 for k in self.leaf(node) {
-                    let q = self.triangles[k].nearest(p);
+                    let triangle = &self.triangles[k];
+                    let above = triangle.normal.dot(&(p - triangle.corners[0]));
+                    if above * above >= best {
+                        continue;
+                    }
+                    let q = triangle.nearest(p);
                     let d2 = (q - p).norm_squared();
                     if d2 < best {
                         best = d2;
@@ -90,12 +96,9 @@ impl Tree {
                     }
                 }
             } else {
-                let (near, far) = (i + 1, node.first as usize);
-                if self.nodes[near].distance_squared(p) < self.nodes[far].distance_squared(p) {
-                    stack.extend([far, near]);
-                } else {
-                    stack.extend([near, far]);
-                }
+                let (a, b) = (reach(i + 1), reach(node.first as usize));
+                let (near, far) = if a.1 < b.1 { (a, b) } else { (b, a) };
+                stack.extend([far, near].into_iter().filter(|c| c.1 < best));
             }
         }
         found.map(|(q, k)| {
