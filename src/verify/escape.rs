@@ -60,6 +60,9 @@ pub fn displacement(class: Class, u: &DVector<f64>, centre: Vector3<f64>) -> Pos
 /// Longest step on the way to a displacement, mm at the centre distance from the joint.
 const WAY: f64 = 0.5;
 
+/// The play is found to this share of the way that is looked at.
+const PRECISION: f64 = 1e-4;
+
 /// Driver and follower, and the displacements between them.
 pub(super) struct Held<'a> {
     pub driver: &'a Part<'a>,
@@ -100,9 +103,10 @@ impl Held<'_> {
         };
         let way = size * (linear + angular * self.mechanism.center_distance);
         let steps = (way / WAY).ceil().clamp(1.0, 1000.0) as u32;
-        (1..=steps)
-            .rev()
-            .any(|i| self.hits(phi, &(u * (size * f64::from(i) / f64::from(steps)))))
+        (1..=steps).rev().any(|i| {
+            let at = u * (size * f64::from(i) / f64::from(steps));
+            self.hit(phi, &at, None).is_some()
+        })
     }
 
     /// How far the follower moves from its pose along each direction before it touches the driver,
@@ -111,12 +115,18 @@ impl Held<'_> {
         directions
             .par_iter()
             .map(|u| {
-                let hits = |s: f64| self.hits(phi, &(u * s));
+                // What stopped it further on most likely stops it here.
+                let mut stop = None;
+                let mut hits = |s: f64| {
+                    let hit = self.hit(phi, &(u * s), stop);
+                    stop = hit.or(stop);
+                    hit.is_some()
+                };
                 let steps = 16;
                 let at = |i: i32| limit * f64::from(i) / f64::from(steps);
                 let first = (0..=steps).find(|&i| hits(at(i)))?;
                 let (mut free, mut hit) = (at(first - 1).max(0.0), at(first));
-                while hit - free > limit * 1e-5 {
+                while hit - free > limit * PRECISION {
                     let middle = (free + hit) / 2.0;
                     if hits(middle) {
                         hit = middle;
@@ -129,7 +139,13 @@ impl Held<'_> {
             .collect()
     }
 
-    fn hits(&self, phi: f64, u: &DVector<f64>) -> bool {
+    /// Triangles that meet at the displacement `u`; `hint` is a pair that met at another one.
+    fn hit(
+        &self,
+        phi: f64,
+        u: &DVector<f64>,
+        hint: Option<(usize, usize)>,
+    ) -> Option<(usize, usize)> {
         let motion = self.mechanism.motion;
         let moved = displacement(motion.class(), u, motion.joint_centre(phi));
         let follower = self.mechanism.pose(Carrier::Follower, phi);
@@ -142,7 +158,7 @@ impl Held<'_> {
             .pose(Carrier::Driver, phi)
             .inverse_mul(&follower);
         Placed::new(&self.driver.tree, &self.follower.tree, pose)
-            .touch(None)
-            .is_some()
+            .touch(hint)
+            .map(|near| near.pair)
     }
 }
