@@ -47,6 +47,10 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
                 best_q: Some(*q),
             })
         };
+        // Choices come best first: one draft of bands that do not close the follower is enough.
+        if best.is_some() && *q <= 0.0 {
+            break;
+        }
         // Once the search was told to stop, there is only the best choice to be finished.
         if let Some(best) = &mut best
             && (stop == StopReason::Stopped || tell(search::FALLBACK, 0.0).is_break())

@@ -144,6 +144,21 @@ pub enum Flaw {
     Teeth,
 }
 
+impl std::fmt::Display for Flaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Flaw::Degenerate => "leave the gear",
+            Flaw::Gap => "cross beside the contact",
+            Flaw::Cusp => "are undercut",
+            Flaw::Fold => "fold over themselves",
+            Flaw::Spacing => "have teeth too close to each other",
+            Flaw::Hub => "hit the other gear's hub",
+            Flaw::Joint => "hit the joint",
+            Flaw::Teeth => "have teeth that collide",
+        })
+    }
+}
+
 /// Margins of a fabricable band, mm and mm/rad.
 #[derive(Debug, Clone, Copy)]
 pub struct Margins {

@@ -3,6 +3,7 @@
 
 pub mod candidates;
 pub mod clearance;
+mod infeasible;
 mod paper;
 pub mod paper_search;
 pub mod polish;
@@ -18,8 +19,9 @@ use crate::settings::{PairCount, Settings};
 use crate::sub_gear::{BandLaw, Flaw};
 use crate::{Error, Result};
 use candidates::{Candidate, Workshop};
+use infeasible::{no_band, no_choice};
 use polish::Team;
-use select::Pool;
+use select::{Choice, Pool};
 
 /// Where the search is.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,111 +122,71 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     let dof = motion.class().dof();
     let plan = Plan::new(dof, settings.search.effort);
     let seed = settings.search.seed;
-
-    let mut candidates: Vec<Candidate> = Vec::new();
-    let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
-    let mut drawn = 0;
     let mut stop = StopReason::Finished;
-    while candidates.len() < plan.usable && drawn < plan.draws {
-        let (usable, failed) = workshop.sample(seed, drawn, BATCH);
-        drawn += BATCH;
-        candidates.extend(usable);
-        for (flaw, count) in failed {
-            *flaws.entry(flaw).or_insert(0) += count;
-        }
-        let done =
-            (candidates.len() as f64 / plan.usable as f64).max(drawn as f64 / plan.draws as f64);
+    let mut tell = |stage: &'static str, done: f64, candidates: usize, best_q: Option<f64>| {
         let progress = Progress {
-            stage: CANDIDATES,
+            stage,
             done,
-            candidates: candidates.len(),
-            best_q: None,
+            candidates,
+            best_q,
         };
-        if observer(&progress).is_break() {
+        let answer = observer(&progress);
+        if answer.is_break() {
             stop = StopReason::Stopped;
-            break;
         }
-    }
-    candidates.truncate(plan.usable);
-    if candidates.is_empty() {
-        return Err(if stop == StopReason::Stopped {
-            Error::Interrupted
-        } else {
-            no_band(&flaws, drawn)
+        answer
+    };
+
+    let wanted = (plan.usable, plan.draws);
+    let (candidates, flaws, drawn) = gather(&workshop, seed, wanted, &mut |done, count| {
+        tell(CANDIDATES, done, count, None)
+    });
+    let usable = candidates.len();
+    if usable == 0 {
+        return Err(match stop {
+            StopReason::Stopped => Error::Interrupted,
+            StopReason::Finished => no_band((motion, settings), &flaws, drawn),
         });
     }
-
+    let pool = Pool::new(&workshop, &candidates, &mut |done, _| {
+        tell(COMBINING, 0.5 * done, usable, None)
+    });
     let counts = match settings.gear.sub_gear_pairs {
         PairCount::Fixed(k) => k..=k,
         PairCount::Auto(_) => dof + 1..=dof + MORE,
     };
     let mut best: Vec<Team> = Vec::new();
     for k in counts {
-        let progress = Progress {
-            stage: COMBINING,
-            done: 0.0,
-            candidates: candidates.len(),
-            best_q: None,
-        };
-        if observer(&progress).is_break() {
-            stop = StopReason::Stopped;
-        }
-        let starts = if stop == StopReason::Stopped {
-            8
-        } else {
-            plan.starts
-        };
-        let choices = Pool::new(&workshop, &candidates).best(seed, k, starts);
-        let usable = candidates.len();
-        let mut report = |done: f64, q: Option<f64>, stage: &'static str| {
-            observer(&Progress {
-                stage,
-                done,
-                candidates: usable,
-                best_q: q,
-            })
-            .is_break()
+        let choices = pool.best(seed, k, plan.starts, &mut |done, q| {
+            tell(COMBINING, 0.5 + 0.5 * done, usable, q)
+        });
+        let bands = |choice: &Choice| {
+            choice
+                .bands
+                .iter()
+                .map(|&i| candidates[i].clone())
+                .collect()
         };
         let mut teams: Vec<Team> = distinct(&choices, plan.polished)
-            .map(|c| {
-                Team::new(
-                    &workshop,
-                    c.bands.iter().map(|&i| candidates[i].clone()).collect(),
-                )
-            })
+            .map(|choice| Team::new(&workshop, bands(choice)))
             .collect();
-        let generations = plan.generations;
-        let work = (teams.len() * generations) as f64;
-        'polish: for i in 0..teams.len() {
-            for generation in 0..generations {
-                if stop == StopReason::Stopped {
-                    break 'polish;
-                }
-                teams[i].improve(&workshop, seed.wrapping_add(i as u64));
-                let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
-                if report(
-                    (i * generations + generation) as f64 / work,
-                    Some(q),
-                    POLISH,
-                ) {
-                    stop = StopReason::Stopped;
-                }
-            }
-        }
+        let stopped = polish(
+            &mut teams,
+            &workshop,
+            (seed, plan.generations),
+            &mut |done, q| tell(POLISH, done, usable, Some(q)),
+        );
         best.extend(teams);
         best.sort_by(|a, b| b.q.total_cmp(&a.q));
-        let closed = best
-            .first()
-            .is_some_and(|t| t.q > settings.gear.closure_threshold);
-        if closed || stop == StopReason::Stopped {
+        let threshold = settings.gear.closure_threshold;
+        if stopped.is_break() || best.first().is_some_and(|t| t.q > threshold) {
             break;
         }
     }
     if best.is_empty() {
-        return Err(if stop == StopReason::Stopped {
-            Error::Interrupted
-        } else {
-            no_choice(&candidates, settings)
+        return Err(match stop {
+            StopReason::Stopped => Error::Interrupted,
+            StopReason::Finished => no_choice((motion, settings), usable),
         });
     }
     let choices = best
@@ -235,12 +197,58 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     Ok(Found { choices, stop })
 }
 
+/// Candidates usable by themselves, as many as wanted unless `most` were drawn or `tell` breaks; what
+/// the others failed of; how many were drawn.
+fn gather(
+    workshop: &Workshop,
+    seed: u64,
+    (wanted, most): (usize, usize),
+    tell: &mut dyn FnMut(f64, usize) -> ControlFlow<()>,
+) -> (Vec<Candidate>, BTreeMap<Flaw, usize>, usize) {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
+    let mut drawn = 0;
+    while candidates.len() < wanted && drawn < most {
+        let (usable, failed) = workshop.sample(seed, drawn, BATCH);
+        drawn += BATCH;
+        candidates.extend(usable);
+        for (flaw, count) in failed {
+            *flaws.entry(flaw).or_insert(0) += count;
+        }
+        let found = candidates.len() as f64 / wanted as f64;
+        let done = found.max(drawn as f64 / most as f64);
+        if tell(done, candidates.len()).is_break() {
+            break;
+        }
+    }
+    candidates.truncate(wanted);
+    (candidates, flaws, drawn)
+}
+
+/// Polishes one team after the other; `Break` when `tell` breaks.
+fn polish(
+    teams: &mut [Team],
+    workshop: &Workshop,
+    (seed, generations): (u64, usize),
+    tell: &mut dyn FnMut(f64, f64) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let work = (teams.len() * generations) as f64;
+    for i in 0..teams.len() {
+        for generation in 0..generations {
+            let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
+            tell((i * generations + generation) as f64 / work, q)?;
+            teams[i].improve(workshop, seed.wrapping_add(i as u64));
+        }
+    }
+    ControlFlow::Continue(())
+}
+
 /// K above N tried before a motion is called infeasible.
 const MORE: usize = 3;
 
 /// The best `count` choices that differ from each other in at least half of their bands.
-fn distinct(choices: &[select::Choice], count: usize) -> impl Iterator<Item = &select::Choice> {
-    let mut kept: Vec<&select::Choice> = Vec::new();
+fn distinct(choices: &[Choice], count: usize) -> impl Iterator<Item = &Choice> {
+    let mut kept: Vec<&Choice> = Vec::new();
     for choice in choices {
         let new = kept.iter().all(|other| {
             let common = choice
@@ -258,41 +266,4 @@ fn distinct(choices: &[select::Choice], count: usize) -> impl Iterator<Item = &s
         }
     }
     kept.into_iter()
-}
-
-fn no_band(flaws: &BTreeMap<Flaw, usize>, drawn: usize) -> Error {
-    let worst = flaws.iter().max_by_key(|(_, count)| **count);
-    let (reason, hint) = match worst.map(|(flaw, _)| *flaw) {
-        Some(Flaw::Hub | Flaw::Joint) => (
-            "the motion range is so large that the follower reaches the driver's hub or the socket",
-            "smaller tilt or stroke, larger gear.center_distance_mm, thinner hubs",
-        ),
-        Some(Flaw::Gap | Flaw::Cusp | Flaw::Fold | Flaw::Degenerate) => (
-            "the motion turns too sharply for teeth: their surfaces cross or fold beside the contact",
-            "a smoother motion (fewer high-curvature points), more teeth, or a smaller contact ratio",
-        ),
-        _ => (
-            "teeth of every band tried collide with each other",
-            "thinner teeth, fewer teeth, or a smaller contact ratio",
-        ),
-    };
-    Error::Infeasible {
-        reason: reason.into(),
-        place: format!("none of {drawn} candidate bands is usable: {flaws:?}"),
-        hint: hint.into(),
-    }
-}
-
-fn no_choice(candidates: &[Candidate], settings: &Settings) -> Error {
-    Error::Infeasible {
-        reason: "no set of bands fits side by side on the gears".into(),
-        place: format!(
-            "{} usable bands, none of which go together as wanted",
-            candidates.len()
-        ),
-        hint: format!(
-            "smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
-            settings.gear.tooth_thickness_mm, settings.search.effort
-        ),
-    }
 }

@@ -5,15 +5,15 @@
 //! that (tests of a band, compatibility, choice of K) is the exact search's.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Workshop};
-use super::select::{Choice, Pool};
+use super::infeasible::{no_band, no_choice};
+use super::select::{Choice, Pool, Tell};
 use super::slsqp::Limits;
 use super::{
-    CANDIDATES, FINALISTS, MORE, Observer, Progress, SOLVING, StopReason, no_band, no_choice,
+    CANDIDATES, COMBINING, FINALISTS, MORE, Observer, Progress, SOLVING, StopReason, gather,
 };
 use crate::contact::{BandStart, PaperBand};
 use crate::motion::Motion;
@@ -35,8 +35,6 @@ const BANDS: f64 = 12.0;
 /// Exact bands wanted to choose starts among, and drawn at most, per degree of freedom.
 const SKETCHES: usize = 80;
 const DRAWS: usize = 4096;
-/// Exact bands drawn between two looks at the observer.
-const BATCH: usize = 256;
 /// Bands solved between two looks at the observer.
 const SOLVED: usize = 4;
 /// Local searches over choices.
@@ -57,22 +55,39 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         PairCount::Fixed(k) => k..=k,
         PairCount::Auto(_) => dof + 1..=dof + MORE,
     };
-    let sketches = sketches(&workshop, (seed, dof), observer)?;
-    let starts = starts(&workshop, &sketches, settings);
+    let mut stop = StopReason::Finished;
+    let mut tell = |stage: &'static str, done: f64, candidates: usize, best_q: Option<f64>| {
+        let answer = observer(&Progress {
+            stage,
+            done,
+            candidates,
+            best_q,
+        });
+        if answer.is_break() {
+            stop = StopReason::Stopped;
+        }
+        answer
+    };
+    let wanted = (SKETCHES * dof, DRAWS * dof);
+    let (sketches, flaws, drawn) = gather(&workshop, seed, wanted, &mut |done, count| {
+        tell(CANDIDATES, done, count, None)
+    });
+    if sketches.is_empty() {
+        return Err(match stop {
+            StopReason::Stopped => Error::Interrupted,
+            StopReason::Finished => no_band((motion, settings), &flaws, drawn),
+        });
+    }
+    let starts = starts(&workshop, &sketches, settings, &mut |done, q| {
+        tell(COMBINING, done, sketches.len(), q)
+    });
 
     let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
     let mut bands: Vec<PaperBand> = Vec::new();
     let mut candidates: Vec<Candidate> = Vec::new();
-    let mut stop = StopReason::Finished;
     for (i, chunk) in starts.chunks(SOLVED).enumerate() {
-        let progress = Progress {
-            stage: SOLVING,
-            done: (i * SOLVED) as f64 / starts.len() as f64,
-            candidates: candidates.len(),
-            best_q: None,
-        };
-        if observer(&progress).is_break() {
-            stop = StopReason::Stopped;
+        let done = (i * SOLVED) as f64 / starts.len() as f64;
+        if tell(SOLVING, done, candidates.len(), None).is_break() {
             break;
         }
         let solved: Vec<Result<std::result::Result<_, Flaw>>> = chunk
@@ -89,17 +104,19 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
             }
         }
     }
-    let stopped = || Err(Error::Interrupted);
+    let interrupted = || Err(Error::Interrupted);
     if candidates.is_empty() {
         return match stop {
-            StopReason::Stopped => stopped(),
-            StopReason::Finished => Err(no_band(&flaws, starts.len())),
+            StopReason::Stopped => interrupted(),
+            StopReason::Finished => Err(no_band((motion, settings), &flaws, starts.len())),
         };
     }
-    let pool = Pool::new(&workshop, &candidates);
+    let usable = candidates.len();
+    let mut combining = |done: f64, best_q: Option<f64>| tell(COMBINING, done, usable, best_q);
+    let pool = Pool::new(&workshop, &candidates, &mut combining);
     let mut choices: Vec<Choice> = Vec::new();
     for k in counts {
-        choices.extend(pool.best(seed, k, STARTS));
+        choices.extend(pool.best(seed, k, STARTS, &mut combining));
         choices.sort_by(|a, b| b.q.total_cmp(&a.q));
         let closed = |c: &Choice| c.q > settings.gear.closure_threshold;
         if choices.first().is_some_and(closed) {
@@ -108,8 +125,8 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     }
     if choices.is_empty() {
         return match stop {
-            StopReason::Stopped => stopped(),
-            StopReason::Finished => Err(no_choice(&candidates, settings)),
+            StopReason::Stopped => interrupted(),
+            StopReason::Finished => Err(no_choice((motion, settings), usable)),
         };
     }
     let of = |c: &Choice| c.bands.iter().map(|&i| bands[i].clone()).collect();
@@ -121,43 +138,17 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     Ok(Found { choices, stop })
 }
 
-/// Usable bands of the exact search, to start from.
-fn sketches(
-    workshop: &Workshop,
-    (seed, dof): (u64, usize),
-    observer: &mut Observer,
-) -> Result<Vec<Candidate>> {
-    let mut usable = Vec::new();
-    let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
-    let mut drawn = 0;
-    while usable.len() < SKETCHES * dof && drawn < DRAWS * dof {
-        let progress = Progress {
-            stage: CANDIDATES,
-            done: usable.len() as f64 / (SKETCHES * dof) as f64,
-            candidates: usable.len(),
-            best_q: None,
-        };
-        if let ControlFlow::Break(()) = observer(&progress) {
-            return Err(Error::Interrupted);
-        }
-        let (more, failed) = workshop.sample(seed, drawn, BATCH);
-        drawn += BATCH;
-        usable.extend(more);
-        for (flaw, count) in failed {
-            *flaws.entry(flaw).or_insert(0) += count;
-        }
-    }
-    if usable.is_empty() {
-        return Err(no_band(&flaws, drawn));
-    }
-    Ok(usable)
-}
-
 /// Laws to start from: those of the best compatible choices first.
-fn starts(workshop: &Workshop, sketches: &[Candidate], settings: &Settings) -> Vec<BandLaw> {
+fn starts(
+    workshop: &Workshop,
+    sketches: &[Candidate],
+    settings: &Settings,
+    tell: &mut Tell,
+) -> Vec<BandLaw> {
     let dof = workshop.class.dof();
     let wanted = ((BANDS * dof as f64 * settings.search.effort).ceil() as usize).max(dof + 1);
-    let choices = Pool::new(workshop, sketches).best(settings.search.seed, dof + 1, STARTS);
+    let choices =
+        Pool::new(workshop, sketches, tell).best(settings.search.seed, dof + 1, STARTS, tell);
     let mut order: Vec<usize> = Vec::new();
     for i in choices
         .iter()

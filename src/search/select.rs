@@ -3,6 +3,8 @@
 //!
 //! Compatibility of each pair of bands is tested once, before.
 
+use std::ops::ControlFlow;
+
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -42,19 +44,28 @@ pub fn min_q(wrenches: &[&[Wrench]], phases: &[usize], dof: usize, floor: f64) -
     q
 }
 
+/// Told the share done, 0 to 1, and the best min Q so far; `Break` ends the work early.
+pub type Tell<'a> = dyn FnMut(f64, Option<f64>) -> ControlFlow<()> + 'a;
+
 impl<'a> Pool<'a> {
-    /// Pool of `candidates`.
-    pub fn new(workshop: &'a Workshop, candidates: &'a [Candidate]) -> Pool<'a> {
-        let n = candidates.len();
+    /// Pool of `candidates`; of the first of them when `tell` breaks, but never of fewer than 256.
+    pub fn new(workshop: &'a Workshop, candidates: &'a [Candidate], tell: &mut Tell) -> Pool<'a> {
         let scene = &workshop.scene;
-        let lower: Vec<Vec<bool>> = (0..n)
-            .into_par_iter()
-            .map(|i| {
+        let mut lower: Vec<Vec<bool>> = Vec::with_capacity(candidates.len());
+        for first in (0..candidates.len()).step_by(ROWS) {
+            let done = (first as f64 / candidates.len() as f64).powi(2);
+            if tell(done, None).is_break() && first >= ENOUGH {
+                break;
+            }
+            let rows = first..(first + ROWS).min(candidates.len());
+            lower.par_extend(rows.into_par_iter().map(|i| {
                 (0..i)
                     .map(|j| scene.compatible(&candidates[i].swept, &candidates[j].swept))
-                    .collect()
-            })
-            .collect();
+                    .collect::<Vec<bool>>()
+            }));
+        }
+        let n = lower.len();
+        let candidates = &candidates[..n];
         let compatible = (0..n)
             .map(|i| {
                 (0..n)
@@ -144,8 +155,8 @@ impl<'a> Pool<'a> {
     }
 
     /// Best choices of `k` bands, best first, no two alike; `starts` local searches and as many
-    /// crossovers. Empty when no `k` compatible bands were found.
-    pub fn best(&self, seed: u64, k: usize, starts: usize) -> Vec<Choice> {
+    /// crossovers, or fewer when `tell` breaks. Empty when no `k` compatible bands were found.
+    pub fn best(&self, seed: u64, k: usize, starts: usize, tell: &mut Tell) -> Vec<Choice> {
         if self.candidates.len() < k {
             return Vec::new();
         }
@@ -163,30 +174,42 @@ impl<'a> Pool<'a> {
             let start = self.random(&mut rng, k, &seeds)?;
             Some(self.climb(&mut rng, start))
         };
-        let mut choices: Vec<Choice> = (0..starts)
-            .into_par_iter()
-            .filter_map(|i| run(i, None))
-            .collect();
-        rank(&mut choices);
-        for generation in 0..4 {
+        let mut choices: Vec<Choice> = Vec::new();
+        for first in (0..starts).step_by(BATCH) {
+            let tasks = first..(first + BATCH).min(starts);
+            choices.par_extend(tasks.into_par_iter().filter_map(|i| run(i, None)));
+            rank(&mut choices);
+            let done = 0.5 * first as f64 / starts as f64;
+            if tell(done, choices.first().map(|c| c.q)).is_break() {
+                return choices;
+            }
+        }
+        for generation in 0..GENERATIONS {
             let elite: Vec<Choice> = choices.iter().take(12).cloned().collect();
-            if elite.len() < 2 || k < 2 {
+            let done = 0.5 + 0.5 * generation as f64 / GENERATIONS as f64;
+            if elite.len() < 2 || k < 2 || tell(done, Some(elite[0].q)).is_break() {
                 break;
             }
-            let children: Vec<Choice> = (0..starts / 4)
-                .into_par_iter()
-                .filter_map(|i| {
-                    let a = &elite[i % elite.len()];
-                    let b = &elite[(i / elite.len() + i + 1) % elite.len()];
-                    run(starts + generation * starts + i, Some((a, b)))
-                })
-                .collect();
-            choices.extend(children);
+            choices.par_extend((0..starts / GENERATIONS).into_par_iter().filter_map(|i| {
+                let a = &elite[i % elite.len()];
+                let b = &elite[(i / elite.len() + i + 1) % elite.len()];
+                run(starts + generation * starts + i, Some((a, b)))
+            }));
             rank(&mut choices);
         }
         choices
     }
 }
+
+/// Rows of the table of compatible pairs, and local searches, between two looks at the observer.
+const ROWS: usize = 64;
+const BATCH: usize = 8;
+
+/// So many candidates make a pool to choose from, even in a hurry.
+const ENOUGH: usize = 256;
+
+/// Generations of crossovers.
+const GENERATIONS: usize = 4;
 
 /// Tries to find K compatible bands for one start, and random bands looked at for each place.
 const TRIES: usize = 20;

@@ -1,0 +1,99 @@
+//! Why a motion has no mechanism, where it is worst, and what to change.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use crate::Error;
+use crate::motion::Motion;
+use crate::settings::Settings;
+use crate::sub_gear::Flaw;
+
+/// No band was usable by itself; `flaws` counts what the `drawn` ones failed of.
+pub(super) fn no_band(
+    (motion, settings): (&Motion, &Settings),
+    flaws: &BTreeMap<Flaw, usize>,
+    drawn: usize,
+) -> Error {
+    let worst = flaws.iter().max_by_key(|(_, count)| **count);
+    let (reason, hint) = match worst.map(|(flaw, _)| *flaw) {
+        Some(Flaw::Hub | Flaw::Joint) => (
+            "the motion range is so large that the follower reaches the driver's hub or the socket",
+            "smaller tilt or stroke, larger gear.center_distance_mm, thinner hubs",
+        ),
+        Some(Flaw::Gap | Flaw::Cusp | Flaw::Fold | Flaw::Degenerate) => (
+            "the motion turns too sharply for teeth: their surfaces cross or fold beside the contact",
+            "smaller tilt, stroke or change of speed, or the same spread over more of the turn; \
+             more teeth (gear.teeth), a smaller contact ratio (gear.contact_ratio)",
+        ),
+        _ => (
+            "teeth of every band tried collide with each other",
+            "thinner teeth, fewer teeth, or a smaller contact ratio",
+        ),
+    };
+    let counts: Vec<String> = flaws
+        .iter()
+        .map(|(flaw, count)| format!("{count} {flaw}"))
+        .collect();
+    Error::Infeasible {
+        reason: reason.into(),
+        place: format!(
+            "{}; none of {drawn} candidate bands is usable: {}",
+            sharpest(motion, settings),
+            counts.join(", ")
+        ),
+        hint: hint.into(),
+    }
+}
+
+/// Bands were usable, but no K of them go together.
+pub(super) fn no_choice((motion, settings): (&Motion, &Settings), usable: usize) -> Error {
+    Error::Infeasible {
+        reason: "no set of bands fits side by side on the gears".into(),
+        place: format!(
+            "{}; {usable} usable bands, none of which go together as wanted",
+            sharpest(motion, settings)
+        ),
+        hint: format!(
+            "smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
+            settings.gear.tooth_thickness_mm, settings.search.effort
+        ),
+    }
+}
+
+/// Phases looked at.
+const PHASES: u32 = 360;
+
+/// Where the motion changes fastest: the follower's twist, turns counted at its pitch radius L/2.
+fn sharpest(motion: &Motion, settings: &Settings) -> String {
+    let radius = settings.gear.center_distance_mm / 2.0;
+    let change = |phi: f64| {
+        let state = motion.state(phi);
+        state.omega_rate.norm() * radius + state.v_origin_rate.norm()
+    };
+    let (phi, most) = (0..PHASES)
+        .map(|i| TAU * f64::from(i) / f64::from(PHASES))
+        .map(|phi| (phi, change(phi)))
+        .fold((0.0, 0.0), |best, at| if at.1 > best.1 { at } else { best });
+    format!(
+        "it changes fastest at φ = {:.0}° ({most:.1} mm/rad² at the pitch radius)",
+        phi.to_degrees()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::{Class, MotionSource};
+
+    #[test]
+    fn the_sharpest_phase_of_a_stroke_is_at_its_end() {
+        let stroke: MotionSource = serde_json::from_value(serde_json::json!({
+            "kind": "formula", "own_turn": "-phi", "translation": ["0", "0", "3*sin(phi)"]
+        }))
+        .unwrap();
+        let motion = Motion::new(Class::R1T1, &stroke).unwrap();
+        let place = sharpest(&motion, &Settings::default());
+        assert!(place.contains("φ = 90°"), "{place}");
+        assert!(place.contains("(3.0 mm/rad²"), "{place}");
+    }
+}
