@@ -8,7 +8,8 @@
 
 // Outline of a tooth's cross section, counter-clockwise, in coordinates (n, b): the contact point
 // is the origin, n points into the material, b away from the hub. The flank starts half the
-// clearance behind the contact. A bead with round flanks stands on a neck as thick as the rib.
+// clearance behind the contact. A bead with round flanks stands on a neck as thick as the rib, if
+// that is longer than 0.1 mm.
 // The outline is symmetric: corner i mirrors corner -1-i, and the cap faces rely on it.
 function tooth_section(thickness, flank_radius, tip, root, clearance, neck, segments) =
     let (
@@ -17,7 +18,7 @@ function tooth_section(thickness, flank_radius, tip, root, clearance, neck, segm
         middle = clearance / 2 + thickness / 2,
         side = middle - min(neck, thickness) / 2,
         neck_angle = acos(min(max(centre - side, 0) / radius, 1)),
-        has_neck = root > radius * sin(neck_angle) + 0.001,
+        has_neck = root > radius * sin(neck_angle) + 0.1,
         low = has_neck ? neck_angle : asin(min(root / radius, 1)),
         high = asin(min(tip / radius, 1)),
         below = max(round(segments * low / 360), 1),
@@ -98,12 +99,14 @@ function cap_faces(n, first) =
         each concat([[first + k, first + k + 1, first + n - 1 - k]],
                     k + 1 < n - 2 - k ? [[first + k + 1, first + n - 2 - k, first + n - 1 - k]] : [])];
 
-// Triangles of a closed shell over `rings` rings of `n` corners each, clockwise from outside.
+// Triangles of a closed shell over `rings` rings of `n` corners each, clockwise from outside. Corner
+// i of a ring mirrors corner -1-i, and so do the diagonals on both sides of a twisted wall: what one
+// side loses against the ruled surface the other gains.
 function shell_faces(rings, n, first) =
     concat(
         [for (r = [0 : rings - 2]) for (i = [0 : n - 1])
             let (a = first + r * n + i, b = first + r * n + (i + 1) % n)
-            each [[a, b + n, b], [a, a + n, b + n]]],
+            each 2 * i < n ? [[a, b + n, b], [a, a + n, b + n]] : [[a, a + n, b], [b, a + n, b + n]]],
         cap_faces(n, first),
         [for (f = cap_faces(n, first + (rings - 1) * n)) [f[2], f[1], f[0]]]);
 

@@ -2,6 +2,10 @@
 
 use crate::design::Section;
 
+/// Shorter necks are left out, mm: the bead's own arcs then reach down to the root. Lofts in CAD
+/// programs mistake corners that lie so close together for each other.
+const SHORTEST_NECK: f64 = 0.1;
+
 /// Cross section as a closed counter-clockwise polygon in (n, b), mm: the contact point is the
 /// origin, n points into the material, b away from the hub. The flank facing the contact starts
 /// half the clearance behind it, with a corner exactly there.
@@ -18,7 +22,7 @@ pub fn polygon(section: &Section, segments: u32) -> Vec<[f64; 2]> {
     // Half of the outline on the contact side, from the root up to the tip.
     let neck_reach = ((arc_centre - neck).max(0.0) / radius).min(1.0);
     let neck_angle = neck_reach.acos();
-    let has_neck = section.root > radius * neck_angle.sin();
+    let has_neck = section.root > radius * neck_angle.sin() + SHORTEST_NECK;
     let low = if has_neck {
         neck_angle
     } else {

@@ -20,6 +20,7 @@ COLOURS = {
     "slider": (0.45, 0.65, 0.40),
 }
 
+SHORTEST_NECK = 0.1  # mm; a loft mistakes corners that are closer together for each other
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
@@ -63,16 +64,16 @@ def constrain(sketch, name, expression, *arguments):
 def tooth_section(document, section):
     """Bead and neck in (x = n into the material, y = b outwards): flank arcs around the contact
     height, cut off at the tip, on a neck of the rib's thickness that reaches down to the root; no
-    neck where the root ends on the flanks."""
+    neck where the root ends on the flanks, or so little below that it would be a sliver."""
     sketch = document.addObject("Sketcher::SketchObject", "ToothSection")
     radius = min(section["flank_radius"], section["thickness"] / 2)
     middle = section["clearance"] / 2 + section["thickness"] / 2
     half = min(section["rib"], section["thickness"]) / 2
     inset = section["thickness"] / 2 - radius  # arc centres are this far from the middle
     low = math.acos(min(max((half - inset) / radius, 0.0), 1.0))
-    has_neck = section["root"] > radius * math.sin(low)
+    has_neck = section["root"] > radius * math.sin(low) + SHORTEST_NECK
     if not has_neck:
-        low = math.asin(section["root"] / radius)
+        low = math.asin(min(section["root"] / radius, 1.0))
         half = inset + radius * math.cos(low)
     high = math.asin(min(section["tip"] / radius, 1.0))
     corner = (inset + radius * math.cos(low), -radius * math.sin(low))
