@@ -43,6 +43,29 @@ pub enum Auto {
     Auto,
 }
 
+impl Settings {
+    /// Sizes that were not `given` (by section and field) follow a tooth that is thinner than they
+    /// allow for.
+    pub(crate) fn follow(&mut self, given: impl Fn(&str, &str) -> bool) {
+        let gear = &mut self.gear;
+        let mut at_most = |section: &str, key: &str, size: &mut f64, most: f64| {
+            if *size > most && most > 0.0 && !given(section, key) {
+                *size = most;
+            }
+        };
+        let (radius, rib) = (&mut gear.flank_radius_mm, &mut self.spokes.thickness_mm);
+        at_most(
+            "gear",
+            "flank_radius_mm",
+            radius,
+            gear.tooth_thickness_mm / 2.0,
+        );
+        at_most("gear", "tip_mm", &mut gear.tip_mm, *radius);
+        at_most("gear", "root_mm", &mut gear.root_mm, *radius);
+        at_most("spokes", "thickness_mm", rib, gear.tooth_thickness_mm);
+    }
+}
+
 /// Tooth and band geometry (defaults: the publication's constants).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -57,11 +80,14 @@ pub struct Gear {
     pub sub_gear_pairs: PairCount,
     /// Tooth thickness across the bead, along the contact normal, mm. Default 1.8.
     pub tooth_thickness_mm: f64,
-    /// Radius of the convex flank around the contact point, mm; at most half the thickness. Default 0.9.
+    /// Radius of the convex flank around the contact point, mm; at most half the thickness. Default 0.9, or half of a
+    /// thinner tooth.
     pub flank_radius_mm: f64,
-    /// Height of the tooth beyond the contact point, mm; at most the flank radius. Default 0.9.
+    /// Height of the tooth beyond the contact point, mm; at most the flank radius. Default 0.9, or the flank
+    /// radius if that is smaller.
     pub tip_mm: f64,
-    /// Depth of the fixed cross section behind the contact point, towards the hub, mm. Default 0.6: the rib does the rest.
+    /// Depth of the fixed cross section behind the contact point, towards the hub, mm. Default 0.6, or
+    /// the flank radius if that is smaller: the rib does the rest.
     pub root_mm: f64,
     /// Smallest wall anywhere, mm. Default 0.8.
     pub minimum_wall_mm: f64,
@@ -162,7 +188,8 @@ impl Default for Hub {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spokes {
-    /// Thickness of the rib from tooth root to hub, mm; at most the tooth thickness. Default 1.4.
+    /// Thickness of the rib from tooth root to hub, mm; at most the tooth thickness. Default 1.4, or
+    /// the thickness of a thinner tooth.
     pub thickness_mm: f64,
 }
 
@@ -236,5 +263,27 @@ impl Default for Search {
             time_limit_s: 0.0,
             method: Method::Exact,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_given_follows_a_thin_tooth() {
+        let mut thin = Settings::default();
+        thin.gear.tooth_thickness_mm = 1.0;
+        let given = thin.clone();
+        thin.follow(|_, key| key == "tooth_thickness_mm");
+        let gear = &thin.gear;
+        assert_eq!(
+            (gear.flank_radius_mm, gear.tip_mm, gear.root_mm),
+            (0.5, 0.5, 0.5)
+        );
+        assert_eq!(thin.spokes.thickness_mm, 1.0);
+        let mut all = given.clone();
+        all.follow(|_, _| true);
+        assert_eq!(all, given);
     }
 }

@@ -219,7 +219,12 @@ fn settings(table: &toml::Table, problems: &mut Vec<Problem>) -> Settings {
             }
         }
     }
-    Settings::deserialize(merged.into_deserializer()).unwrap_or_default()
+    let mut settings = Settings::deserialize(merged.into_deserializer()).unwrap_or_default();
+    settings.follow(|section, key| {
+        let section = table.get(section).and_then(|s| s.as_table());
+        section.is_some_and(|s| s.contains_key(key))
+    });
+    settings
 }
 
 /// Names of Rust's number types in words.

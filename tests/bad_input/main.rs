@@ -198,7 +198,7 @@ fn settings_out_of_range() {
         &["more than half of tooth_thickness_mm"],
     );
     gear(
-        "flank_radius_mm = 0.5",
+        "flank_radius_mm = 0.5\ntip_mm = 0.9",
         &["gear.tip_mm", "more than flank_radius_mm"],
     );
     gear(
