@@ -48,7 +48,7 @@ impl Settings {
     /// allow for.
     pub(crate) fn follow(&mut self, given: impl Fn(&str, &str) -> bool) {
         let gear = &mut self.gear;
-        let mut at_most = |section: &str, key: &str, size: &mut f64, most: f64| {
+        let at_most = |section: &str, key: &str, size: &mut f64, most: f64| {
             if *size > most && most > 0.0 && !given(section, key) {
                 *size = most;
             }

@@ -12,7 +12,7 @@ use crate::closure::{Wrench, wrench};
 use crate::contact::Grid;
 use crate::design::Gear;
 use crate::motion::{Class, Motion};
-use crate::settings::Settings;
+use crate::settings::{PairCount, Settings};
 use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch};
 
 /// Everything a candidate is judged by; built once per search.
@@ -32,6 +32,8 @@ pub struct Workshop {
     centres: Vec<nalgebra::Vector3<f64>>,
     /// Length scale L/25 of all sampled sizes.
     scale: f64,
+    /// K that is asked for, or the least that closes the class.
+    pairs: usize,
 }
 
 /// A band that is fabricable by itself, ready to be combined.
@@ -79,6 +81,10 @@ impl Workshop {
             samples,
             centres,
             scale,
+            pairs: match settings.gear.sub_gear_pairs {
+                PairCount::Fixed(k) => k,
+                PairCount::Auto(_) => motion.class().dof() + 1,
+            },
         }
     }
 
@@ -156,10 +162,11 @@ impl Workshop {
         let travel = rng.random_range(0.6..1.5) * pitch * s * sign(rng);
         let z = if self.class.is_spherical() {
             // Room for as many bands above each other as one side of the ball has to take.
-            let above = (self.class.dof() + 2) / 2;
+            let above = self.pairs.div_ceil(2);
             (rng.random_range(5.0..8.0 + 9.0 * above as f64) * s + 0.5 * travel.abs()) * sign(rng)
         } else {
-            rng.random_range(-16.0..16.0) * s
+            let room = 16.0 * (self.pairs as f64 / 3.0).max(1.0);
+            rng.random_range(-room..room) * s
         };
         let sketch = Sketch {
             alpha: rng.random_range(10f64.to_radians()..55f64.to_radians()),

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::Error;
 use crate::motion::Motion;
-use crate::settings::Settings;
+use crate::settings::{PairCount, Settings};
 use crate::sub_gear::Flaw;
 
 /// No band was usable by itself; `flaws` counts what the `drawn` ones failed of.
@@ -47,6 +47,13 @@ pub(super) fn no_band(
 
 /// Bands were usable, but no K of them go together.
 pub(super) fn no_choice((motion, settings): (&Motion, &Settings), usable: usize) -> Error {
+    let least = motion.class().dof() + 1;
+    let fewer = match settings.gear.sub_gear_pairs {
+        PairCount::Fixed(k) if k > least => {
+            format!("fewer sub-gear pairs (gear.sub_gear_pairs = {k}, {least} may do), ")
+        }
+        _ => String::new(),
+    };
     Error::Infeasible {
         reason: "no set of bands fits side by side on the gears".into(),
         place: format!(
@@ -54,7 +61,7 @@ pub(super) fn no_choice((motion, settings): (&Motion, &Settings), usable: usize)
             sharpest(motion, settings)
         ),
         hint: format!(
-            "smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
+            "{fewer}smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
             settings.gear.tooth_thickness_mm, settings.search.effort
         ),
     }
