@@ -22,9 +22,9 @@ const MODULES: [&str; 6] = [
     include_str!("../../cad/freecad/mpcgear/parameters.py"),
     include_str!("../../cad/freecad/mpcgear/poses.py"),
     include_str!("../../cad/freecad/mpcgear/options.py"),
+    include_str!("../../cad/freecad/mpcgear/files.py"),
     include_str!("../../cad/freecad/mpcgear/printing.py"),
     include_str!("../../cad/freecad/mpcgear/builder.py"),
-    include_str!("../../cad/freecad/mpcgear/files.py"),
 ];
 
 /// Every which frame of the mesh's tooth carries a section of the loft: lofts through every third

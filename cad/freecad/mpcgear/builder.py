@@ -9,17 +9,11 @@ import FreeCAD as App
 import Part
 import Sketcher
 
+from .files import COLOURS
 from .options import OptionTools, build_options, option_rows, spline_sections
 from .parameters import Expression, build_parameters, number
 from .poses import build_poses, follower_poses, place, vector
 from .printing import build_print
-
-COLOURS = {
-    "driver": (0.25, 0.45, 0.70),
-    "follower": (0.90, 0.55, 0.15),
-    "support": (0.72, 0.74, 0.76),
-    "slider": (0.45, 0.65, 0.40),
-}
 
 SHORTEST_NECK = 0.1  # mm; a loft mistakes corners that are closer together for each other
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out

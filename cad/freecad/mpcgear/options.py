@@ -228,7 +228,8 @@ class OptionTools:
         feet = []
         for end, sign in (("tower_front - tower_thickness", "+"), ("base_end", "-")):
             for side, turn in (("base_half_width", "-"), ("-base_half_width", "+")):
-                foot = self.tool("Cylinder", "Foot %d" % (len(feet) + 1), Radius="Options.feet_radius",
+                foot = self.tool("Cylinder", "Foot %d" % (len(feet) + 1),
+                                 Radius=there % ("Options.feet_radius", "Options.feet_radius / 2"),
                                  Height=there % ("Options.feet_height + 1 mm", inside))
                 feet.append(self.at(foot, "%s %s Options.feet_radius" % (self.length(end), sign),
                                     "%s %s Options.feet_radius" % (self.length(side), turn),
