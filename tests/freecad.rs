@@ -136,17 +136,17 @@ fn macro_of_3r1t_agrees_with_the_mesh() {
     macro_agrees_with_the_mesh(Class::R3T1);
 }
 
-#[test]
-fn addon_opens_edits_drives_and_checks() {
+/// Runs a script of these tests with the add-on on a design of `class`.
+fn script_succeeds(name: &str, class: Class, teeth: usize) {
     if !freecad_is_here() {
         return;
     }
-    let (design, _) = built(Class::R1, TEETH);
+    let (design, _) = built(class, teeth);
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("design.json");
     std::fs::write(&path, serde_json::to_string(&design).expect("json")).expect("written");
     let output = Command::new("freecadcmd")
-        .arg(script("addon.py"))
+        .arg(script(name))
         .env(
             "MPCGEAR_ADDON",
             concat!(env!("CARGO_MANIFEST_DIR"), "/cad/freecad"),
@@ -160,6 +160,16 @@ fn addon_opens_edits_drives_and_checks() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
+}
+
+#[test]
+fn addon_opens_edits_drives_and_checks() {
+    script_succeeds("addon.py", Class::R1, TEETH);
+}
+
+#[test]
+fn every_option_changes_what_it_names() {
+    script_succeeds("options.py", Class::R3, 1);
 }
 
 #[test]

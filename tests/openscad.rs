@@ -129,13 +129,14 @@ fn parts_of_3r1t_are_sound_with_manifold() {
 }
 
 /// The assembly at a driver angle as OpenSCAD's tree of plain solids, without a complaint.
-fn assembly_tree(out: &Path, class: Class, angle: f64) -> String {
+fn assembly_tree(out: &Path, values: &[(&str, &str)]) -> String {
     let script = out.join("openscad/assembly.scad");
-    let tree = out.join(format!("openscad/assembly-{class}-{angle}.csg"));
+    let tree = out.join("openscad/assembly.csg");
+    let values = values.iter().map(|(name, value)| format!("{name}={value}"));
     let output = Command::new("openscad")
         .args(["--hardwarnings", "-D", "quality=\"draft\"", "-o"])
         .arg(&tree)
-        .args(["-D", &format!("angle={angle}")])
+        .args(values.flat_map(|value| ["-D".into(), value]))
         .arg(&script)
         .output()
         .expect("openscad runs");
@@ -154,7 +155,7 @@ fn the_assembly_places_every_body_where_the_motion_has_it() {
         let (out, solids) = folder_of(class, 1);
         let (_, motion) = synthetic::uniform(class);
         for angle in [0.0, 100.0] {
-            let tree = assembly_tree(&out, class, angle);
+            let tree = assembly_tree(&out, &[("angle", &angle.to_string())]);
             let colours = tree.matches("color(").count();
             assert_eq!(colours, solids.bodies.len(), "one colour per body");
             // The follower's pose is a matrix of its own right inside its colour.
@@ -176,4 +177,30 @@ fn the_assembly_places_every_body_where_the_motion_has_it() {
             assert!(found, "{class}: no follower turned by {row} at {angle}°");
         }
     }
+}
+
+#[test]
+fn the_assembly_hides_and_takes_apart() {
+    if !installed() {
+        return;
+    }
+    let (out, solids) = folder_of(Class::R3, 1);
+    let whole = assembly_tree(&out, &[]);
+    for body in &solids.bodies {
+        let name = format!("show_{}", body.name);
+        let less = assembly_tree(&out, &[(&name, "false")]);
+        let colours = less.matches("color(").count();
+        assert_eq!(colours, solids.bodies.len() - 1, "{name}");
+    }
+    // Half way apart, driver and follower are moved by 1.5 times the distance of their axes.
+    let apart = assembly_tree(&out, &[("exploded", "0.5")]);
+    assert_eq!(whole.lines().count(), apart.lines().count());
+    let moved = whole.lines().zip(apart.lines()).filter(|(a, b)| a != b);
+    let moved: Vec<&str> = moved.map(|(_, line)| line).collect();
+    assert!((2..=3).contains(&moved.len()), "{moved:?}");
+    assert!(
+        moved
+            .iter()
+            .all(|line| line.contains("multmatrix") && line.contains("-37.5"))
+    );
 }

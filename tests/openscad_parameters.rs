@@ -232,6 +232,38 @@ fn every_parameter_of_the_joint_of_3r1t_changes_what_it_names() {
 }
 
 #[test]
+fn every_parameter_of_the_joint_of_3r_changes_what_it_names() {
+    if installed() {
+        Bench::new(Class::R3, "3r").recipe_parameters_agree(&["Joint"]);
+    }
+}
+
+#[test]
+fn quality_refines_the_teeth_and_nothing_else() {
+    if !installed() {
+        return;
+    }
+    let bench = Bench::new(Class::R1, "quality");
+    for body in ["driver", "follower"] {
+        let made = ["draft", "normal", "fine"].map(|quality| {
+            let script = bench.folder.join(format!("{body}.scad"));
+            let run = Run::new(&script).set("quality", &format!("\"{quality}\""));
+            run.stl(quality).one_closed_body()
+        });
+        let [draft, normal, fine] = &made;
+        assert!(draft.triangles.len() < normal.triangles.len());
+        assert!(normal.triangles.len() < fine.triangles.len());
+        for rough in [draft, normal] {
+            close(rough.volume() / fine.volume(), 1.0, 5e-3, body);
+            for moved in box_change(fine, rough) {
+                close(moved, 0.0, 0.1, body);
+            }
+        }
+    }
+    assert!(!bench.has("support", "quality"), "a support has no teeth");
+}
+
+#[test]
 fn every_parameter_of_the_section_changes_the_teeth() {
     if !installed() {
         return;
@@ -392,9 +424,9 @@ fn the_mount_carries_a_boss_with_bore_keyway_and_set_screw() {
     let with = |more: Values| with_boss.volume() - bench.volume("follower", &[boss, more].concat());
     let bore: Values = &[("boss_bore", "\"round\""), ("boss_bore_diameter", "8")];
     close(with(bore), 10.0 * disc(4.1), 0.3, "bore of the boss");
-    // DIN 6885: 3 mm wide from 8.2 mm on, 1.4 mm deep in the hub.
+    // DIN 6885: 2 mm wide for shafts up to 8 mm, 1 mm deep in the hub.
     let keyed = with(&[bore, &[("boss_keyway", "true")]].concat()) - with(bore);
-    assert!((3.9 * 10.0..4.9 * 10.0).contains(&keyed), "keyway: {keyed}");
+    assert!((2.0 * 10.0..2.3 * 10.0).contains(&keyed), "keyway: {keyed}");
     let narrow: Values = &[("boss_bore", "\"round\"")];
     let screw = with(&[narrow, &[("boss_set_screw", "\"M3\"")]].concat()) - with(narrow);
     // At least the pocket of the nut, 5.9 × 2.8 mm and half the boss high.

@@ -214,16 +214,18 @@ module bore_outline(kind, diameter, flat, teeth) {
         (i % 2 == 0 ? radius : 0.93 * radius) * [cos(180 * i / teeth), sin(180 * i / teeth)]]);
 }
 
-// Width and depth in the hub of a keyway by bore, DIN 6885-1 (ISO 773), for bores of 6 to 44 mm.
-function keyway_size(bore) =
-    bore <= 8 ? [2, 1] : bore <= 10 ? [3, 1.4] : bore <= 12 ? [4, 1.8] : bore <= 17 ? [5, 2.3] :
-    bore <= 22 ? [6, 2.8] : bore <= 30 ? [8, 3.3] : bore <= 38 ? [10, 3.3] : [12, 3.3];
+// Width and depth in the hub of a keyway by shaft, DIN 6885-1 (ISO 773), for shafts of 6 to 44 mm.
+function keyway_size(shaft) =
+    shaft <= 8 ? [2, 1] : shaft <= 10 ? [3, 1.4] : shaft <= 12 ? [4, 1.8] : shaft <= 17 ? [5, 2.3] :
+    shaft <= 22 ? [6, 2.8] : shaft <= 30 ? [8, 3.3] : shaft <= 38 ? [10, 3.3] : [12, 3.3];
+
+// A bore is [kind, diameter, flat, teeth, diameter of the shaft in it].
 
 // A hole along z from 0 to `length`, with a keyway towards +y if wanted.
 module bore_hole(bore, length, keyway) {
     linear_extrude(height = length) {
         bore_outline(bore[0], bore[1], bore[2], bore[3]);
-        if (keyway) let (size = keyway_size(bore[1]))
+        if (keyway) let (size = keyway_size(bore[4]))
             translate([-size.x / 2, 0]) square([size.x, bore[1] / 2 + size.y]);
     }
 }
@@ -232,7 +234,7 @@ module bore_hole(bore, length, keyway) {
 function bore_reach(bore, keyway) =
     let (radius = bore[0] == "hexagon" ? bore[1] / 2 / cos(30) : bore[1] / 2)
     bore[0] == "none" ? 0 :
-    keyway ? norm([keyway_size(bore[1]).x / 2, bore[1] / 2 + keyway_size(bore[1]).y]) : radius;
+    keyway ? norm([keyway_size(bore[4]).x / 2, bore[1] / 2 + keyway_size(bore[4]).y]) : radius;
 
 // Distance from the axis that a bore reaches towards +x, where the flat of a D is.
 function bore_reach_x(bore, keyway) =

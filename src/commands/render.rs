@@ -75,9 +75,11 @@ fn list(cli: &Cli) -> Result<u8> {
     Ok(0)
 }
 
-/// The one file, as it is; a reader that stops early is no error.
+/// The one file, as it is; a reader that stops early is no error. Of a body and its pieces to print
+/// the body is meant.
 fn to_standard_output(files: &[File]) -> Result<u8> {
-    let [file] = files else {
+    let bodies = files.iter().filter(|file| !file.path.starts_with("print"));
+    let [file] = bodies.collect::<Vec<_>>()[..] else {
         let names: Vec<String> = files.iter().map(|f| f.path.display().to_string()).collect();
         return Err(Error::Input {
             file: "command line".into(),
@@ -88,7 +90,7 @@ fn to_standard_output(files: &[File]) -> Result<u8> {
                     names.len(),
                     names.join(", ")
                 ),
-                hint: "choose one format that is one file (3mf, freecad), or one --part".into(),
+                hint: "choose one format that is one file (3mf, freecad), or one --part (openscad, stl)".into(),
             }],
         });
     };

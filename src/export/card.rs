@@ -6,7 +6,7 @@ use super::parts::extent;
 use super::picture::{self, View};
 use super::scad_teeth::number;
 use super::tables::Summary;
-use super::{File, Source, openscad};
+use super::{File, Source, template};
 use crate::Result;
 use crate::solid::Solids;
 use crate::solid::assembly::SolidBody;
@@ -83,7 +83,7 @@ pub fn files(source: &Source, solids: &Solids) -> Result<Vec<File>> {
     };
     let png = picture::mechanism(&bodies, view)?;
     Ok(vec![
-        File::new(format!("{stem}.md"), openscad::render("card.md", page)?),
+        File::new(format!("{stem}.md"), template::render("card.md", page)?),
         File::new(format!("{stem}.png"), png),
     ])
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{File, Source, card, freecad, openscad, scad_sets, stl, svg, threemf};
 use crate::design::Design;
+use crate::solid::Solids;
 use crate::{Error, Problem, Result};
 
 /// A format of `mpcgear export`.
@@ -164,7 +165,7 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
             )])
         }
         Format::Card => card::files(source, solids),
-        Format::Step => step(&one_part(source.with_recipe(solids), part)),
+        Format::Step => step(&one_part(source.with_recipe(solids), part), solids),
     }
 }
 
@@ -177,7 +178,10 @@ fn one_part(mut design: Design, part: Option<&str>) -> Design {
     design
 }
 
-fn step(design: &Design) -> Result<Vec<File>> {
+/// Largest difference between the volumes that FreeCAD and the embedded kernel make of a body, share.
+const SAME_VOLUME: f64 = 0.005;
+
+fn step(design: &Design, solids: &Solids) -> Result<Vec<File>> {
     let folder = tempfile::tempdir().map_err(Error::io(std::env::temp_dir()))?;
     let date = super::date::from_environment().unwrap_or_default();
     let headless = freecad::Headless {
@@ -186,6 +190,15 @@ fn step(design: &Design) -> Result<Vec<File>> {
         thorough: false,
     };
     let built = freecad::run(design, &date, &headless)?;
+    for (name, volume) in &built.volumes {
+        let body = solids.bodies.iter().find(|body| body.name == *name);
+        let mesh = body.map_or(f64::NAN, |body| body.mesh.volume());
+        if !((volume / mesh - 1.0).abs() < SAME_VOLUME) {
+            return Err(Error::Internal(format!(
+                "FreeCAD makes {volume:.1} mm³ of the {name}, which has {mesh:.1} mm³ as a mesh"
+            )));
+        }
+    }
     let file = |path: &Path, extension: &str| {
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
         let name = format!("{}.{extension}", freecad::stem(design));

@@ -18,12 +18,13 @@ use crate::{Error, Result};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
-const MODULES: [&str; 5] = [
+const MODULES: [&str; 6] = [
     include_str!("../../cad/freecad/mpcgear/parameters.py"),
     include_str!("../../cad/freecad/mpcgear/poses.py"),
     include_str!("../../cad/freecad/mpcgear/options.py"),
-    include_str!("../../cad/freecad/mpcgear/builder.py"),
     include_str!("../../cad/freecad/mpcgear/files.py"),
+    include_str!("../../cad/freecad/mpcgear/printing.py"),
+    include_str!("../../cad/freecad/mpcgear/builder.py"),
 ];
 
 /// Every which frame of the mesh's tooth carries a section of the loft: lofts through every third
@@ -108,8 +109,8 @@ fn one_line(text: &str) -> String {
         .collect()
 }
 
-/// What the builder reads of a design: `design.json` without the motion, the search's variables and
-/// the print pieces, with the stations of the lofts.
+/// What the builder reads of a design: `design.json` without the motion and the search's variables,
+/// with the stations of the lofts.
 fn essence(design: &Design) -> Result<Value> {
     let mut slim = design.clone();
     for pair in &mut slim.sub_gear_pairs {
@@ -119,9 +120,6 @@ fn essence(design: &Design) -> Result<Value> {
             let chosen = loft_stations(tooth.stations.len());
             tooth.stations = chosen.iter().map(|&i| tooth.stations[i]).collect();
         }
-    }
-    for body in &mut slim.recipe.bodies {
-        body.pieces.clear();
     }
     let mut value =
         serde_json::to_value(&slim).map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;

@@ -20,11 +20,13 @@ pub mod picture;
 pub mod report;
 mod scad_bed;
 mod scad_csg;
+mod scad_customizer;
 mod scad_sets;
 mod scad_teeth;
 pub mod stl;
 pub mod svg;
 pub mod tables;
+mod template;
 pub mod threemf;
 
 use std::path::{Path, PathBuf};

@@ -1,17 +1,15 @@
 //! OpenSCAD scripts: one self-contained parametric file per body, and the animated assembly.
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
 use super::scad_csg::{self, Module};
+use super::scad_customizer::{Entry, Group, Spokes, fixed, groups, tooth_group, used_parameters};
 use super::scad_teeth::{self, number};
+use super::template::{one_line, render};
 use super::{Source, tables};
-use crate::design::Design;
 use crate::motion::Class;
 use crate::solid::expression::Values;
-use crate::solid::recipe::{Body, Feature, Operation, Parameter, Recipe};
+use crate::solid::recipe::{Body, Feature, Operation, Recipe};
 use crate::solid::rib;
 use crate::{Error, Result};
 
@@ -21,36 +19,6 @@ const LIBRARY: &str = include_str!("../../cad/openscad/mpcgear.scad");
 /// Poses in the assembly's table.
 const POSES: u32 = 180;
 
-const TEMPLATES: [(&str, &str); 12] = [
-    ("header", include_str!("../../templates/scad_header.jinja")),
-    (
-        "parameters",
-        include_str!("../../templates/scad_parameters.jinja"),
-    ),
-    ("hidden", include_str!("../../templates/scad_hidden.jinja")),
-    ("body", include_str!("../../templates/scad_body.jinja")),
-    ("spokes", include_str!("../../templates/scad_spokes.jinja")),
-    (
-        "options_driver",
-        include_str!("../../templates/scad_driver.jinja"),
-    ),
-    (
-        "options_follower",
-        include_str!("../../templates/scad_follower.jinja"),
-    ),
-    (
-        "options_support",
-        include_str!("../../templates/scad_support.jinja"),
-    ),
-    ("part.scad", include_str!("../../templates/part.scad.jinja")),
-    (
-        "assembly.scad",
-        include_str!("../../templates/assembly.scad.jinja"),
-    ),
-    ("card.md", include_str!("../../templates/card.md.jinja")),
-    ("parts.md", include_str!("../../templates/parts.md.jinja")),
-];
-
 /// A script with its file name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Script {
@@ -58,31 +26,6 @@ pub struct Script {
     pub name: String,
     /// Contents.
     pub text: String,
-}
-
-/// Renders one of the templates; a value that is missing is an error.
-///
-/// # Errors
-/// [`Error::Internal`] when the template fails.
-pub fn render(template: &str, values: impl Serialize) -> Result<String> {
-    let fail = |e: minijinja::Error| Error::Internal(format!("template {template}: {e:#}"));
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.set_syntax(
-        SyntaxConfig::builder()
-            .trim_blocks(true)
-            .lstrip_blocks(true)
-            .keep_trailing_newline(true)
-            .build()
-            .map_err(fail)?,
-    );
-    for (name, text) in TEMPLATES {
-        environment.add_template(name, text).map_err(fail)?;
-    }
-    environment
-        .get_template(template)
-        .and_then(|t| t.render(Serde(&values)))
-        .map_err(fail)
 }
 
 /// All scripts of a design: one per body of `recipe`, then the assembly.
@@ -229,150 +172,6 @@ fn about(source: &Source, what: &str) -> About {
     }
 }
 
-/// Text that cannot end a comment.
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// A Customizer entry.
-#[derive(Serialize)]
-struct Entry {
-    name: String,
-    value: String,
-    min: String,
-    max: String,
-    step: &'static str,
-    description: String,
-}
-
-impl Entry {
-    fn new(p: &Parameter) -> Entry {
-        Entry {
-            name: p.name.clone(),
-            value: number(p.value, 4),
-            min: number(p.min, 4),
-            max: number(p.max, 4),
-            step: if p.max - p.min < 2.0 { "0.01" } else { "0.1" },
-            description: one_line(&p.description),
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct Group {
-    name: String,
-    entries: Vec<Entry>,
-}
-
-/// Parameters that the bodies' features and pieces use, in display order.
-fn used_parameters<'a>(recipe: &'a Recipe, bodies: &[Body]) -> Vec<&'a Parameter> {
-    let mut names = std::collections::BTreeSet::new();
-    for body in bodies {
-        names.extend(scad_csg::names(&body.features));
-        for piece in &body.pieces {
-            names.extend(scad_csg::names(&piece.features));
-        }
-    }
-    let parameters = recipe.parameters.iter();
-    parameters.filter(|p| names.contains(&p.name)).collect()
-}
-
-fn groups(parameters: &[&Parameter]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
-    for p in parameters.iter().filter(|p| p.min < p.max) {
-        match groups.iter_mut().find(|g| g.name == p.group) {
-            Some(group) => group.entries.push(Entry::new(p)),
-            None => groups.push(Group {
-                name: p.group.clone(),
-                entries: vec![Entry::new(p)],
-            }),
-        }
-    }
-    groups
-}
-
-/// What teeth and motion dictate: not in the Customizer.
-fn fixed(parameters: &[&Parameter]) -> Vec<Entry> {
-    let dictated = parameters.iter().filter(|p| p.min >= p.max);
-    dictated.map(|p| Entry::new(p)).collect()
-}
-
-/// Customizer group of the section.
-fn tooth_group(source: &Source) -> Group {
-    let s = &source.design.section;
-    let wall = source.design.settings.gear.minimum_wall_mm;
-    let entry = |name: &str, value: f64, (min, max): (f64, f64), description: &str| Entry {
-        name: name.into(),
-        value: number(value, 4),
-        min: number(min.min(value), 4),
-        max: number(max.max(value), 4),
-        step: "0.01",
-        description: description.into(),
-    };
-    let teeth = vec![
-        entry(
-            "tooth_thickness",
-            s.thickness,
-            (wall, s.thickness),
-            "thickness across the bead, measured away from the contact; a thicker one would meet the next tooth",
-        ),
-        entry(
-            "flank_radius",
-            s.flank_radius,
-            (0.4, s.flank_radius),
-            "radius of the flanks; a larger one would break conjugation, a smaller one keeps the contact",
-        ),
-        entry(
-            "tooth_tip",
-            s.tip,
-            (0.3 * s.flank_radius, s.tip),
-            "height beyond the contact point; lower is harmless",
-        ),
-        entry(
-            "tooth_root",
-            s.root,
-            (0.1, s.root),
-            "depth of the section behind the contact point; harmless while the wall covers it",
-        ),
-        entry(
-            "clearance",
-            s.clearance,
-            (0.0, 2.0 * scad_teeth::SPARE),
-            "flank-to-flank gap, half of it off this gear; both gears want the same value; 0 is the exact contact and binds, more is play",
-        ),
-    ];
-    Group {
-        name: "Teeth".into(),
-        entries: teeth,
-    }
-}
-
-/// Limits of the walls that carry the teeth, mm.
-#[derive(Serialize)]
-struct Spokes {
-    /// Least wall.
-    wall: String,
-    /// Thickness of the walls as designed.
-    rib: String,
-    /// Thickness of the teeth, which no wall may exceed.
-    thickness: String,
-    /// Largest fillet: with the thinnest wall.
-    fillet: String,
-}
-
-impl Spokes {
-    fn of(design: &Design) -> Spokes {
-        let section = &design.section;
-        let wall = design.settings.gear.minimum_wall_mm.min(section.rib);
-        Spokes {
-            wall: number(wall, 4),
-            rib: number(section.rib, 4),
-            thickness: number(section.thickness, 4),
-            fillet: number(0.5 * (section.thickness - wall).max(0.0), 4),
-        }
-    }
-}
-
 /// A body as the templates need it.
 #[derive(Serialize)]
 struct Part {
@@ -396,8 +195,9 @@ struct TeethPart {
     foot: String,
     /// Stations at both ends that have no rib.
     inset: usize,
-    beads_apart: bool,
-    ribs_apart: bool,
+    /// Calls that make all beads, and all ribs, of as few polyhedra as may be.
+    beads: String,
+    ribs: String,
     /// Parameter with the hub's radius, its smallest and its largest value.
     hub: String,
     smallest: String,
@@ -444,8 +244,8 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
                 ),
                 foot: number(teeth.foot, 4),
                 inset: rib::INSET,
-                beads_apart: teeth.beads_apart,
-                ribs_apart: teeth.ribs_apart,
+                beads: shells("beads", &teeth.beads),
+                ribs: shells("ribs", &teeth.ribs),
             })
         }
         None => None,
@@ -482,6 +282,40 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
         pieces,
         pose: (body.name == "follower").then(|| pose(source)),
     })
+}
+
+/// Longest line of generated code.
+const LINE: usize = 96;
+
+/// One polyhedron of all `what` if they are apart, else one for every list of numbers.
+fn shells(what: &str, apart: &[Vec<usize>]) -> String {
+    if apart.len() < 2 {
+        return format!("shells({what});");
+    }
+    let mut text = String::from("for (apart = [");
+    let mut column = text.len() + 4;
+    for (k, list) in apart.iter().enumerate() {
+        for (i, number) in list.iter().enumerate() {
+            let start = if i == 0 { "[" } else { "" };
+            let end = match (i + 1 == list.len(), k + 1 == apart.len()) {
+                (false, _) => ",",
+                (true, false) => "],",
+                (true, true) => "]]",
+            };
+            let word = format!("{start}{number}{end}");
+            if column + word.len() + 1 > LINE {
+                text = text.trim_end().to_string() + "\n         ";
+                column = 13;
+            }
+            column += word.len() + 1;
+            text += &word;
+            text += " ";
+        }
+    }
+    format!(
+        "{})\n        shells([for (i = apart) {what}[i]]);",
+        text.trim_end()
+    )
 }
 
 fn options(source: &Source, body: &str) -> Option<&'static str> {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::openscad;
+use super::template;
 use crate::Result;
 use crate::design::Design;
 use crate::solid::{Mesh, Solids, pieces};
@@ -58,7 +58,7 @@ pub fn markdown(design: &Design, solids: &Solids) -> Result<String> {
             }
         })
         .collect();
-    openscad::render(
+    template::render(
         "parts.md",
         Page {
             name: &design.name,

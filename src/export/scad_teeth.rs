@@ -23,10 +23,11 @@ pub struct Teeth {
     pub bands: Vec<f64>,
     /// Where ribs end, distance from the axis, mm.
     pub foot: f64,
-    /// Whether all beads are disjoint, so that they may be shells of one polyhedron.
-    pub beads_apart: bool,
+    /// Numbers of the teeth whose beads are disjoint, so that they may be shells of one polyhedron;
+    /// every tooth is in one list.
+    pub beads: Vec<Vec<usize>>,
     /// The same for the ribs.
-    pub ribs_apart: bool,
+    pub ribs: Vec<Vec<usize>>,
 }
 
 /// Stations and proofs of the teeth of `gear`.
@@ -68,8 +69,8 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
         axis,
         bands,
         foot,
-        beads_apart: disjoint(&beads?)?,
-        ribs_apart: disjoint(&ribs?)?,
+        beads: apart(&beads?)?,
+        ribs: apart(&ribs?)?,
     })
 }
 
@@ -93,13 +94,33 @@ fn middle_height(teeth: &[Vec<Frame>]) -> f64 {
     0.5 * (low + high)
 }
 
-/// Whether no two of the meshes touch: their union then has as many components as there are
-/// meshes, and the sum of their volumes.
-fn disjoint(meshes: &[Mesh]) -> Result<bool> {
+/// The numbers of the meshes in as few lists as come by taking one after the other, so that no two
+/// of a list touch.
+fn apart(meshes: &[Mesh]) -> Result<Vec<Vec<usize>>> {
     let solids: Result<Vec<Solid>> = meshes.iter().map(|m| Solid::new(m, "tooth")).collect();
-    let union = Solid::union_of(&solids?);
-    let sum: f64 = meshes.iter().map(Mesh::volume).sum();
-    Ok(union.components() == meshes.len() && (union.volume() - sum).abs() <= 1e-9 * sum)
+    let solids = solids?;
+    let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
+    let touch = |i: usize, j: usize| {
+        let ((low, high), (from, to)) = (boxes[i], boxes[j]);
+        let near = (0..3).all(|k| low[k] <= to[k] && from[k] <= high[k]);
+        near && !disjoint(&solids[i], &solids[j])
+    };
+    let mut lists: Vec<Vec<usize>> = Vec::new();
+    for i in 0..meshes.len() {
+        let free = |list: &&mut Vec<usize>| list.iter().all(|&j| !touch(i, j));
+        match lists.iter_mut().find(free) {
+            Some(list) => list.push(i),
+            None => lists.push(vec![i]),
+        }
+    }
+    Ok(lists)
+}
+
+/// Whether two solids do not touch: their union then has two components, and the sum of their
+/// volumes.
+fn disjoint(a: &Solid, b: &Solid) -> bool {
+    let (union, sum) = (a.union(b), a.volume() + b.volume());
+    union.components() == 2 && (union.volume() - sum).abs() <= 1e-9 * sum
 }
 
 fn line(frames: &[Frame]) -> String {
@@ -147,14 +168,14 @@ mod tests {
     }
 
     #[test]
-    fn touching_meshes_are_not_disjoint() {
+    fn touching_meshes_are_kept_in_different_lists() {
         let cube = crate::solid::kernel::lathe(&[(1.0, 0.0), (1.0, 1.0)], 4);
         let at = |x: f64| {
             let mut moved = cube.clone();
             moved.vertices.iter_mut().for_each(|v| v[0] += x);
             moved
         };
-        assert!(disjoint(&[at(0.0), at(3.0)]).expect("sound"));
-        assert!(!disjoint(&[at(0.0), at(1.5)]).expect("sound"));
+        let row = [0.0, 1.5, 3.0, 7.0].map(at);
+        assert_eq!(apart(&row).expect("sound"), [vec![0, 2, 3], vec![1]]);
     }
 }

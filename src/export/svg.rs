@@ -12,6 +12,10 @@ use crate::{Error, Result};
 /// Margin around a drawing, mm.
 const MARGIN: f64 = 5.0;
 
+/// Greatest height above the bed, and depth below the top, of the outer sections, mm: low enough for
+/// the plate under a tower.
+const NEAR_FACE: f64 = 2.0;
+
 /// Corners closer than this are one, mm.
 const SAME: f64 = 1e-7;
 
@@ -37,7 +41,8 @@ pub fn drawings(source: &Source, solids: &Solids, part: Option<&str>) -> Result<
 fn drawing(title: &str, mesh: &Mesh) -> Result<String> {
     let (lo, hi) = mesh.bounds();
     let size = hi - lo;
-    let heights = [0.1, 0.5, 0.9].map(|share| lo.z + share * size.z);
+    let near = (0.1 * size.z).min(NEAR_FACE);
+    let heights = [lo.z + near, lo.z + 0.5 * size.z, hi.z - near];
     let sheet = (
         3.0 * (size.x + MARGIN) + MARGIN,
         size.y + 2.0 * MARGIN + 10.0,

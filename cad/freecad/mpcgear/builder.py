@@ -9,16 +9,11 @@ import FreeCAD as App
 import Part
 import Sketcher
 
-from .options import build_options, option_tools
+from .files import COLOURS
+from .options import OptionTools, build_options, option_rows, spline_sections
 from .parameters import Expression, build_parameters, number
 from .poses import build_poses, follower_poses, place, vector
-
-COLOURS = {
-    "driver": (0.25, 0.45, 0.70),
-    "follower": (0.90, 0.55, 0.15),
-    "support": (0.72, 0.74, 0.76),
-    "slider": (0.45, 0.65, 0.40),
-}
+from .printing import build_print
 
 SHORTEST_NECK = 0.1  # mm; a loft mistakes corners that are closer together for each other
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
@@ -28,12 +23,13 @@ SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance
 def build(document, design):
     """Fills `document` with the mechanism of `design` (the content of design.json)."""
     parameters = build_parameters(document, design)
-    build_options(document)
+    build_options(document, design)
     build_poses(document, design)
     sections = build_sections(document, design)
     parts = []
     for body in design["recipe"]["bodies"]:
         parts.append(BodyBuilder(document, design, parameters, sections).build(body))
+    build_print(document, design, lambda: BodyBuilder(document, design, parameters, sections), parts)
     build_datums(document, design)
     phi, pose = follower_poses(design)[0]
     place(document, design["settings"]["gear"]["center_distance_mm"], phi, pose)
@@ -51,6 +47,7 @@ def build_sections(document, design):
     for sketch in (tooth, rib):
         group.addObject(sketch)
         sketch.Visibility = False
+    spline_sections(document, group)
     return tooth, rib
 
 
@@ -136,18 +133,20 @@ def tooth_section(document, section):
 
 
 def rib_section(document, section):
-    """Rectangle across the rib, 1 mm long; every station stretches its link to the rib's length."""
+    """Trapezium across the rib, 1 mm long, from the bead (y = 0) to its foot (y = −1); every station
+    stretches its link to the rib's length."""
     sketch = document.addObject("Sketcher::SketchObject", "RibSection")
     half = section["rib"] / 2
     corners = [App.Vector(x, y, 0) for x, y in ((-half, -1), (half, -1), (half, 0), (-half, 0))]
     sketch.addGeometry([Part.LineSegment(corners[i], corners[(i + 1) % 4]) for i in range(4)])
     for edge in range(4):
         sketch.addConstraint(Sketcher.Constraint("Coincident", edge, 2, (edge + 1) % 4, 1))
-        direction = "Horizontal" if edge % 2 == 0 else "Vertical"
-        sketch.addConstraint(Sketcher.Constraint(direction, edge))
-    sketch.addConstraint(Sketcher.Constraint("Symmetric", 2, 1, 2, 2, -1, 1))
+    for edge in (0, 2):
+        sketch.addConstraint(Sketcher.Constraint("Symmetric", edge, 1, edge, 2, -2))
+    sketch.addConstraint(Sketcher.Constraint("PointOnObject", 2, 1, -1))
     sketch.addConstraint(Sketcher.Constraint("DistanceY", 1, 1, 1, 2, 1.0))
-    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 0, 1, 0, 2, 2 * half)
+    constrain(sketch, "rib_foot", "ToothParams.rib_foot", "DistanceX", 0, 1, 0, 2, 2 * half)
+    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 2, 2, 2, 1, 2 * half)
     return sketch
 
 
@@ -207,8 +206,8 @@ class BodyBuilder:
         self.tooth_section, self.rib_section = sections
 
     def build(self, body):
-        """The App::Part of `body`; its object `<Name>Solid` is the finished solid."""
-        self.name = body["name"].capitalize()
+        """The App::Part of `body` (or of a piece of one); its `Result` is the finished solid."""
+        self.name = body["name"].title().replace(" ", "")
         self.colour = COLOURS.get(body["name"], (0.8, 0.8, 0.8))
         self.part = self.document.addObject("App::Part", self.name)
         solid = None
@@ -217,9 +216,11 @@ class BodyBuilder:
             group.Label = "%s: %s" % (self.name, {"add": "added", "cut": "cut", "keep": "kept"}[operation])
             made = [self.primitive(feature, group) for feature in features]
             solid = self.combine(operation, solid, made)
-        tools = option_tools(self, body["name"])
-        if tools:
-            solid = self.combine("cut", solid, tools)
+        if body["name"] in option_rows(self.design):
+            options = OptionTools(self, body["name"])
+            added, cut = options.added(*bands(self.design, body.get("teeth"))), options.cut()
+            solid = self.combine("add", solid, added) if added else solid
+            solid = self.combine("cut", solid, cut) if cut else solid
         teeth = self.teeth(body["teeth"]) if body.get("teeth") else []
         if teeth:
             solid = self.boolean("MultiFuse", self.name + "WithTeeth", Shapes=[solid] + teeth)
@@ -395,6 +396,16 @@ def gear_frame(design, gear):
         bore = value["pin_radius"] + settings["fit"]["joint_play_mm"]
         foot = 0.5 * (bore + hub["follower_radius_mm"])
     return "2", App.Vector(0, 0, 0), foot
+
+
+def bands(design, gear):
+    """(point on the axis of `gear`, middle heights of its sub-gear pairs); none without a gear."""
+    if gear is None:
+        return App.Vector(), []
+    digit, axis, _ = gear_frame(design, gear)
+    heights = [[station["p" + digit][2] for tooth in pair["teeth"] for station in tooth["stations"]]
+               for pair in design["sub_gear_pairs"]]
+    return axis, [(min(along) + max(along)) / 2 for along in heights]
 
 
 # --- Datums --------------------------------------------------------------------------------------

@@ -5,10 +5,18 @@ import os
 import sys
 import time
 import traceback
+import zipfile
 
 import FreeCAD as App
 import Import
 import MeshPart
+
+COLOURS = {
+    "driver": (0.25, 0.45, 0.70),
+    "follower": (0.90, 0.55, 0.15),
+    "support": (0.72, 0.74, 0.76),
+    "slider": (0.45, 0.65, 0.40),
+}
 
 
 def solid_of(part):
@@ -31,6 +39,26 @@ def broken(document):
     return ["%s: %s" % (o.Label, o.getStatusString()) for o in document.Objects if not o.isValid()]
 
 
+def show_when_opened(path, shown):
+    """Adds to a file that was saved without a window what FreeCAD shows of it; it would open with
+    everything hidden. `shown` maps names of objects to their colours, or None."""
+    rows = []
+    for name, colour in shown.items():
+        properties = ['<Property name="Visibility" type="App::PropertyBool"><Bool value="true"/></Property>']
+        if colour:
+            red, green, blue = (round(255 * share) for share in colour)
+            properties.append('<Property name="ShapeColor" type="App::PropertyColor">'
+                              '<PropertyColor value="%d"/></Property>'
+                              % (red << 24 | green << 16 | blue << 8))
+        rows.append('<ViewProvider name="%s" expanded="0"><Properties Count="%d">%s</Properties>'
+                    '</ViewProvider>' % (name, len(properties), "".join(properties)))
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("GuiDocument.xml", "<?xml version='1.0' encoding='utf-8'?>\n"
+                         '<Document SchemaVersion="1"><ViewProviderData Count="%d">%s'
+                         '</ViewProviderData><Camera settings=""/></Document>\n'
+                         % (len(rows), "".join(rows)))
+
+
 def write_all(document, parts, stem, folder):
     """Writes STEM.FCStd, STEM.step and STEM-PART.stl; returns facts about every part."""
     failures = broken(document)
@@ -38,6 +66,11 @@ def write_all(document, parts, stem, folder):
         raise RuntimeError("does not recompute: " + "; ".join(failures))
     path = os.path.join(folder, stem)
     document.saveAs(path + ".FCStd")
+    pieces = document.getObject("Print").Group
+    solids = [part.Result for part in parts]
+    show_when_opened(path + ".FCStd", dict(
+        [(o.Name, None) for o in parts + pieces + [p.Result for p in pieces if hasattr(p, "Result")]]
+        + [(solid.Name, COLOURS.get(part.Name.lower())) for part, solid in zip(parts, solids)]))
     facts, named = {}, []
     scratch = App.newDocument("Step", hidden=True)
     for part in parts:

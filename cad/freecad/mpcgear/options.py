@@ -1,105 +1,309 @@
-# --- Options: bores, keyway, set screw, bearing seats ---------------------------------------------
-# A tool waits far away from its part until a cell of the sheet `Options` says that it cuts: plain
-# Part objects cannot be switched on and off otherwise, and every one of them stays editable.
+# --- Options: bores, keyways, set screws, boss, webs, bearing seats, feet -------------------------
+# Plain Part objects cannot be switched on and off. A tool that cuts waits far away until a cell of
+# the sheet `Options` says that it cuts; one that adds waits inside the body. All stay editable.
 
-from .parameters import new_sheet, write_parameter
+import math
 
-# Body: (alias, value, (min, max), unit, words)
-OPTION_ROWS = {
-    "driver": [
-        ("bore", 0, (0, 3), "", "Hole in the shaft end: 0 none, 1 round, 2 D-shaped, 3 hexagonal"),
-        ("bore_diameter", 5, (1, 40), " mm",
-         "Diameter of the shaft in it, across flats if hexagonal (NEMA 14 and 17: 5, NEMA 23: 6.35)"),
-        ("bore_flat", 0.5, (0.1, 5), " mm", "Depth of the D's flat"),
-        ("bore_depth", 10, (1, 200), " mm", "Depth of the hole from the upper end"),
-        ("bore_fit", 0.1, (0, 0.5), " mm", "Gap all around the shaft"),
-        ("keyway_width", 0, (0, 12), " mm", "Width of a keyway in a round hole, 0 for none "
-         "(DIN 6885: 2 up to a shaft of 8, 3 up to 10, 4 up to 12, 5 up to 17)"),
-        ("keyway_depth", 1, (0.5, 4), " mm",
-         "Depth of the keyway in the hub (DIN 6885: 1, 1.4, 1.8, 2.3)"),
-        ("set_screw", 0, (0, 6), " mm", "Diameter of a set screw's hole in the shaft end, 0 for none"),
-    ],
-    "support": [
-        ("seat_diameter", 0, (0, 40), " mm",
-         "Outer diameter of the driver's ball bearings and their fit, 0 for plain holes "
-         "(MR105: 10.1, 608: 22.1); Params.bearing_wall has to leave a wall around them"),
-        ("seat_width", 4, (1, 9), " mm", "Width of the bearings (MR105: 4, 608: 7)"),
-    ],
-}
+import FreeCAD as App
+import Part
+
+from .parameters import new_sheet, write_formula, write_parameter
+
+AWAY = "1000 mm"  # where tools that cut wait
+SERRATIONS = (25, 23)  # of servo horns
+SPLINE_ROOT = 0.93  # share of a spline's radius where its serrations begin
 
 
-def build_options(document):
+def bore_rows(bore, keyway, screw, hole, there="1 == 1"):
+    """Rows of a hole for a shaft, with a keyway and a set screw: (alias, value, (min, max), unit,
+    words); a formula has no range. None of it shows unless the condition `there` holds."""
+    of = {"b": bore, "k": keyway, "s": screw, "there": there}
+    size = "({b}_preset == 0 ? {b}_diameter : ({b}_preset <= 2 ? 5 mm : ({b}_preset == 3 ? 6.35 mm : " \
+           "({b}_preset == 4 ? 5.9 mm : 5.7 mm))))"
+    rows = [
+        ("{b}", 0, (0, 4), "", "%s: 0 none, 1 round, 2 D-shaped, 3 hexagonal, 4 splined" % hole),
+        ("{b}_preset", 0, (0, 5), "", "Shaft that the hole is for: 0 as set in the next rows, 1 NEMA 14, "
+         "2 NEMA 17, 3 NEMA 23, 4 servo horn 25T, 5 servo horn 23T"),
+        ("{b}_diameter", 5, (1, 40), " mm", "Diameter of that shaft, across flats if hexagonal"),
+        ("{b}_flat", 0.5, (0.1, 5), " mm", "Depth of the D's flat"),
+        ("{b}_teeth", 25, (23, 25), "", "Serrations of the spline: 25 or 23"),
+        ("{b}_fit", 0.1, (0, 0.5), " mm", "Gap all around the shaft"),
+        ("{k}", 0, (0, 1), "", "1 for a keyway to DIN 6885 / ISO 773 in a round hole of 6 mm or more"),
+        ("{s}", 0, (0, 5), " mm", "Set screw: 0 none, or its nominal size 2, 2.5, 3, 4 or 5"),
+        ("{s}_nut", 1, (0, 1), "", "1 for a pocket that the set screw's nut is pushed into from above"),
+        ("{b}_kind", "{there} ? ({b}_preset == 0 ? {b} : ({b}_preset <= 3 ? 2 : 4)) : 0", None, "",
+         "Kind of the hole"),
+        ("{b}_radius", size + " / 2 + {b}_fit", None, "", "Its radius, with the gap"),
+        ("{b}_cut", "{b}_preset == 0 ? {b}_flat : ({b}_preset <= 2 ? 0.5 mm : 0.6 mm)", None, "",
+         "Depth of its flat"),
+        ("{b}_serrations", "{b}_kind == 4 ? ({b}_preset == 0 ? {b}_teeth : ({b}_preset == 5 ? 23 : 25)) : 0",
+         None, "", "Its serrations"),
+        ("{k}_shown", "{b}_kind == 1 ? {k} : 0", None, "", "Whether there is a keyway"),
+        ("{k}_width", by_size(size, "mm", (8, 2), (10, 3), (12, 4), (17, 5), (22, 6), (30, 8), (99, 10)),
+         None, "", "Width of the keyway"),
+        ("{k}_depth", by_size(size, "mm", (8, 1), (10, 1.4), (12, 1.8), (17, 2.3), (22, 2.8), (99, 3.3)),
+         None, "", "Its depth in the hub"),
+        ("{b}_reach", "{b}_kind == 0 ? 0 mm : ({b}_kind == 3 ? {b}_radius / cos(30 deg) : "
+         "({k}_shown == 1 ? sqrt(({k}_width / 2) ^ 2 + ({b}_radius + {k}_depth) ^ 2) : "
+         "{b}_radius))", None, "", "How far the hole reaches from the axis"),
+        ("{s}_shown", "{there} ? ({s} > 0 mm ? 1 : 0) : 0", None, "", "Whether there is a set screw"),
+        ("{s}_pocket", "{s}_shown == 1 ? {s}_nut : 0", None, "", "Whether there is a pocket for its nut"),
+        ("{s}_hole", by_size("{s}", "mm", (2, 2.2), (2.5, 2.7), (3, 3.2), (4, 4.3), (9, 5.3)), None, "",
+         "Diameter of the set screw's hole"),
+        ("{s}_flats", by_size("{s}", "mm", (2, 4), (2.5, 5), (3, 5.5), (4, 7), (9, 8)), None, "",
+         "Its nut across flats, ISO 4032"),
+        ("{s}_height", by_size("{s}", "mm", (2, 1.6), (2.5, 2), (3, 2.4), (4, 3.2), (9, 4.7)), None, "",
+         "Height of that nut"),
+    ]
+    named = lambda text: text.format(**of) if isinstance(text, str) else text
+    return [(named(alias), named(value), limits, unit, words)
+            for alias, value, limits, unit, words in rows]
+
+
+def wall_row(alias, hole, wall):
+    """Row of the thinnest wall around a hole; its check speaks up below 0.8 mm."""
+    return (alias, "%s == 0 ? 1000 mm : %s" % (hole, wall), "0.8 mm", "", "Wall that the hole leaves")
+
+
+def by_size(what, unit, *steps):
+    """Formula of a table: the value of the first step that `what` does not exceed."""
+    text = "%g %s" % (steps[-1][1], unit)
+    for limit, value in reversed(steps[:-1]):
+        text = "(%s <= %g %s ? %g %s : %s)" % (what, limit, unit, value, unit, text)
+    return text
+
+
+def web_rows(gear, radius):
+    """Rows of the discs that join a gear's ribs."""
+    return [
+        (gear + "_web_radius", 0, (0, round(radius, 4)), " mm", "Radius of solid discs that join the "
+         "ribs, 0 for none; shows where it exceeds Params.%s_hub_radius" % gear),
+        (gear + "_web_thickness", 3, (1, 10), " mm", "Thickness of those discs"),
+    ]
+
+
+def option_rows(design):
+    """{body: rows} of the bodies that have options."""
+    most = {p["name"]: p["max"] for p in design["recipe"]["parameters"]}
+    rows = {
+        "driver": [("bore_depth", 10, (1, 200), " mm", "Depth of the hole from the shaft's upper end")]
+        + bore_rows("bore", "keyway", "set_screw", "Hole in the shaft end")
+        + [wall_row("bore_wall", "bore_kind", "Params.journal_radius - max(bore_reach; Params.shaft_flat + "
+                    "bore_reach - (bore_kind == 2 ? bore_cut : 0 mm))")]
+        + web_rows("driver", most["driver_hub_radius"]),
+        "follower": web_rows("follower", most["follower_hub_radius"]),
+        "support": [
+            ("seat_diameter", 0, (0, 40), " mm", "Outer diameter of the driver's ball bearings and "
+             "their fit, 0 for plain holes (MR105: 10.1, 608: 22.1); Params.bearing_wall has to leave "
+             "a wall around them"),
+            ("seat_width", 4, (1, 9), " mm", "Width of the bearings (MR105: 4, 608: 7)"),
+            ("feet_height", 0, (0, 20), " mm", "Height of feet under the base plate, 0 for none"),
+            ("feet_radius", 4, (2, 10), " mm", "Radius of the feet"),
+        ],
+    }
+    if has_boss(design):
+        rows["follower"] += [
+            ("boss_height", 0, (0, 30), " mm", "Height of a boss on the mount, 0 for none"),
+            ("boss_radius", 6, (2, 20), " mm", "Radius of the boss, at most Params.mount_radius"),
+        ] + bore_rows("boss_bore", "boss_keyway", "boss_screw", "Hole in the boss", "boss_height > 0 mm")
+        rows["follower"].append(wall_row("boss_wall", "boss_bore_kind", "boss_radius - boss_bore_reach"))
+    return rows
+
+
+def has_boss(design):
+    """The mount of 1R has the pocket of the pin's cap where a boss would stand."""
+    return design["class"] != "1R"
+
+
+def build_options(document, design):
     """The sheet `Options`, one aliased row per option of the bodies that are there."""
     sheet, row = new_sheet(document, "Options"), 2
-    for body, rows in OPTION_ROWS.items():
+    for body, rows in option_rows(design).items():
         for alias, value, limits, unit, words in rows:
-            write_parameter(sheet, row, alias, value, limits, "%s: %s" % (body, words), unit)
+            words = "%s: %s" % (body, words)
+            if not isinstance(limits, tuple):
+                write_formula(sheet, row, alias, value, words, limits)
+            else:
+                write_parameter(sheet, row, alias, value, limits, words, unit)
             row += 1
     document.recompute()
 
 
-def option_tools(builder, body):
-    """The tools that the options of `body` cut with; `builder` makes primitives in its part."""
-    if body not in OPTION_ROWS:
-        return []
-    group = builder.part.newObject("App::DocumentObjectGroup", builder.name + "Options")
-    group.Label = "%s: options" % builder.name
-    return (driver_tools if body == "driver" else support_tools)(builder, group)
+def spline_sections(document, group):
+    """Sketches of splines with an outer radius of 1 mm; links to them are scaled."""
+    for count in SERRATIONS:
+        sketch = document.addObject("Sketcher::SketchObject", "Spline%d" % count)
+        corners = []
+        for i in range(2 * count):
+            radius, angle = SPLINE_ROOT if i % 2 else 1.0, math.pi * i / count
+            corners.append(App.Vector(radius * math.cos(angle), radius * math.sin(angle), 0))
+        sketch.addGeometry([Part.LineSegment(a, b) for a, b in zip(corners, corners[1:] + corners[:1])])
+        sketch.Visibility = False
+        group.addObject(sketch)
 
 
-def driver_tools(builder, group):
-    """Bore of the shaft end, its keyway and its set screw."""
-    top = builder.expression.length("driver_top + joint_play + bridge_thickness + shaft_end")
-    axis = builder.expression.length("-center_distance")
-    radius, depth = "(Options.bore_diameter / 2 + Options.bore_fit)", "(Options.bore_depth + 1 mm)"
+class OptionTools:
+    """Makes the tools of one body; `builder` makes primitives in its part."""
 
-    def tool(kind, name, kinds, **lengths):
-        made = builder.new("Part::" + kind, name, group)
+    def __init__(self, builder, body):
+        self.builder, self.body = builder, body
+        self.length = builder.expression.length
+        self.group = builder.part.newObject("App::DocumentObjectGroup", builder.name + "Options")
+        self.group.Label = "%s: options" % builder.name
+
+    def added(self, axis, bands):
+        """Tools that add to the body: webs at the heights `bands`, boss, feet."""
+        made = [self.web(axis, k, z) for k, z in enumerate(bands, 1)]
+        if self.body == "follower" and has_boss(self.builder.design):
+            made.append(self.boss())
+        if self.body == "support":
+            made += self.feet()
+        return made
+
+    def cut(self):
+        """Tools that cut."""
+        joint = "driver_top + joint_play"
+        if self.body == "driver":
+            top = self.length(joint + " + bridge_thickness + shaft_end")
+            middle = self.length(joint + " + bridge_thickness + shaft_end / 2")
+            return self.bore("bore", "keyway", "set_screw", "-center_distance", -1,
+                             ("(%s - Options.bore_depth)" % top, top, middle),
+                             self.length("journal_radius"))
+        if self.body == "follower" and has_boss(self.builder.design):
+            bottom = "(%s)" % self.length("mount_bottom + mount_thickness")
+            return self.bore("boss_bore", "boss_keyway", "boss_screw", "0", 1,
+                             (bottom, "(%s + Options.boss_height)" % bottom,
+                              "(%s + Options.boss_height / 2)" % bottom),
+                             "Options.boss_radius")
+        return self.seats() if self.body == "support" else []
+
+    def tool(self, kind, name, **lengths):
+        """A primitive whose properties follow expressions."""
+        made = self.builder.new("Part::" + kind, self.builder.name + " " + name, self.group)
+        made.Label = "%s %s" % (self.builder.name, name.lower())
         for key, expression in lengths.items():
             made.setExpression(key, expression)
-        away = "1000 mm"
-        made.setExpression("Placement.Base.z", "Options.bore == %d ? (%s - Options.bore_depth) : %s"
-                           % (kinds, top, away))
         return made
 
-    def across(made, x, y):
-        made.setExpression("Placement.Base.x", axis + x)
-        made.setExpression("Placement.Base.y", y)
+    def at(self, made, x, y, z):
+        """`made`, placed by expressions; a coordinate that is None stays."""
+        for key, expression in zip("xyz", (x, y, z)):
+            if expression is not None:
+                made.setExpression("Placement.Base." + key, expression)
         return made
 
-    bore = across(tool("Cylinder", "Bore round", 1, Radius=radius, Height=depth), "", "0 mm")
-    shaft = across(tool("Cylinder", "Bore of a D", 2, Radius=radius, Height=depth), "", "0 mm")
-    flat = across(tool("Box", "Flat of a D", 2, Length="2 * %s - Options.bore_flat" % radius,
-                       Width="2 * " + radius, Height=depth), " - " + radius, "-" + radius)
-    d_shape = builder.boolean("MultiCommon", builder.name + "BoreD", Shapes=[shaft, flat])
-    hexagon = tool("Prism", "Bore hexagonal", 3, Circumradius=radius + " / cos(30 deg)", Height=depth)
-    hexagon.Polygon = 6
-    across(hexagon, "", "0 mm")
-    width = "max(Options.keyway_width; 0.1 mm)"
-    keyway = across(tool("Box", "Keyway", 1, Length=width, Height=depth,
-                         Width=radius + " + Options.keyway_depth"), " - %s / 2" % width, "0 mm")
-    keyway.setExpression("Placement.Base.z", "Options.keyway_width > 0 mm ? (Options.bore == 1 ? "
-                         "(%s - Options.bore_depth) : 1000 mm) : 1000 mm" % top)
-    screw = builder.new("Part::Cylinder", "Set screw", group)
-    builder.stand(screw, ("-center_distance", "0", "0"), (-1, 0, 0))  # opposite to the shaft's flat
-    screw.setExpression("Radius", "max(Options.set_screw; 0.1 mm) / 2")
-    screw.setExpression("Height", builder.expression.length("journal_radius + 1"))
-    screw.setExpression("Placement.Base.z", "Options.set_screw > 0 mm ? (%s - %s) : 1000 mm"
-                        % (top, builder.expression.length("shaft_end / 2")))
-    return [bore, d_shape, hexagon, keyway, screw]
+    def web(self, axis, k, height):
+        """Ring around the drum at `height`, from within its wall outwards."""
+        gear, radius = self.body, "Params.%s_hub_radius" % self.body
+        least = radius if gear == "driver" else "Params.follower_collar_radius"
+        shown = "Options.%s_web_radius > %s" % (gear, radius)
+        thick = "(%s ? Options.%s_web_thickness : 0.5 mm)" % (shown, gear)
+        rings = []
+        for name, out, rest, more in (("rim", "Options.%s_web_radius" % gear, "0.2 mm", "0 mm"),
+                                      ("hole", "(%s - 0.5 mm)" % radius, "0.5 mm", "1 mm")):
+            ring = self.tool("Cylinder", "Web %s %d" % (name, k), Height="%s + 2 * %s" % (thick, more),
+                             Radius="%s ? %s : (%s - %s)" % (shown, out, least, rest))
+            rings.append(self.at(ring, "%.9f mm" % axis.x if axis.x else None, None,
+                                 "%.9f mm - %s / 2 - %s" % (height, thick, more)))
+        return self.builder.boolean("Cut", "%s web %d" % (gear, k), Base=rings[0], Tool=rings[1])
 
+    def boss(self):
+        """Cylinder on the mount that fills covered holes; without height, hidden between the holes."""
+        holes = max(self.builder.design["settings"]["hub"]["mount_holes"], 1)
+        there = "Options.boss_height > 0 mm ? %s : %s"
+        away = [self.length("mount_bolt_radius * %.9f" % share)
+                for share in (math.cos(math.pi / holes), math.sin(math.pi / holes))]
+        boss = self.tool(
+            "Cylinder", "Boss", Radius=there % ("Options.boss_radius", "0.1 mm"),
+            Height=there % ("(%s + Options.boss_height)" % self.length("mount_thickness * 0.8"),
+                            self.length("mount_thickness / 2")))
+        bottom = self.length("mount_bottom + mount_thickness * 0.2")
+        return self.at(boss, there % ("0 mm", away[0]), there % ("0 mm", away[1]), bottom)
 
-def support_tools(builder, group):
-    """Seats of ball bearings in base plate and bridge, open towards the driver."""
-    tools = []
-    for name, bottom in (("Seat in the base", "driver_bottom - joint_play"),
-                         ("Seat in the bridge", "driver_top + joint_play")):
-        seat = builder.new("Part::Cylinder", name, group)
-        builder.stand(seat, ("-center_distance", "0", "0"))
-        seat.setExpression("Radius", "max(Options.seat_diameter; 0.1 mm) / 2")
-        seat.setExpression("Height", "Options.seat_width + 1 mm")
-        start = "Options.seat_width" if "base" in name else "1 mm"
-        seat.setExpression("Placement.Base.z", "Options.seat_diameter > 0 mm ? (%s - %s) : 1000 mm"
-                           % (builder.expression.length(bottom), start))
-        tools.append(seat)
-    return tools
+    def feet(self):
+        """Four cylinders under the corners of the base plate; without height, hidden in it."""
+        there = "Options.feet_height > 0 mm ? (%s) : (%s)"
+        bottom = self.length("driver_bottom - joint_play - plate_thickness")
+        inside = self.length("plate_thickness / 4")
+        feet = []
+        for end, sign in (("tower_front - tower_thickness", "+"), ("base_end", "-")):
+            for side, turn in (("base_half_width", "-"), ("-base_half_width", "+")):
+                foot = self.tool("Cylinder", "Foot %d" % (len(feet) + 1),
+                                 Radius=there % ("Options.feet_radius", "Options.feet_radius / 2"),
+                                 Height=there % ("Options.feet_height + 1 mm", inside))
+                feet.append(self.at(foot, "%s %s Options.feet_radius" % (self.length(end), sign),
+                                    "%s %s Options.feet_radius" % (self.length(side), turn),
+                                    there % (bottom + " - Options.feet_height", bottom + " + " + inside)))
+        return feet
+
+    def bore(self, bore, keyway, screw, axis, side, heights, outer):
+        """Hole from heights[0] up to heights[1], its keyway, and the set screw at heights[2] through
+        the wall out to `outer`, on the side of +x or −x."""
+        bottom, top, middle = heights
+        axis = self.length(axis)
+        radius, depth = "Options.%s_radius" % bore, "(%s - %s + 1 mm)" % (top, bottom)
+
+        def where(alias, number, z=bottom):
+            return "Options.%s == %d ? %s : %s" % (alias, number, z, AWAY)
+
+        def kind(number):
+            return where(bore + "_kind", number)
+
+        hole = self.at(self.tool("Cylinder", bore + " round", Radius=radius, Height=depth),
+                       axis, None, kind(1))
+        shaft = self.at(self.tool("Cylinder", bore + " of a D", Radius=radius, Height=depth),
+                        axis, None, kind(2))
+        flat = self.tool("Box", bore + " flat", Length="2 * %s - Options.%s_cut" % (radius, bore),
+                         Width="2 * " + radius, Height=depth)
+        flat = self.at(flat, "%s - %s" % (axis, radius), "-" + radius, kind(2))
+        d_shape = self.builder.boolean("MultiCommon", "%s D-shaped" % bore, Shapes=[shaft, flat])
+        hexagon = self.tool("Prism", bore + " hexagonal", Circumradius=radius + " / cos(30 deg)",
+                            Height=depth)
+        hexagon.Polygon = 6
+        tools = [hole, d_shape, self.at(hexagon, axis, None, kind(3))]
+        tools += [self.spline(bore, count, axis, depth, where(bore + "_serrations", count))
+                  for count in SERRATIONS]
+        slot = self.tool("Box", keyway, Length="Options.%s_width" % keyway, Height=depth,
+                         Width="%s + Options.%s_depth" % (radius, keyway))
+        tools.append(self.at(slot, "%s - Options.%s_width / 2" % (axis, keyway), None,
+                             where(keyway + "_shown", 1)))
+
+        thread = self.tool("Cylinder", screw, Radius="Options.%s_hole / 2" % screw,
+                           Height=outer + " + 1 mm")
+        thread.Placement.Rotation = App.Rotation(App.Vector(0, 1, 0), 90 * side)
+        tools.append(self.at(thread, axis, None, where(screw + "_shown", 1, middle)))
+        height = "(Options.%s_height + 0.4 mm)" % screw
+        below = "(Options.%s_flats / cos(30 deg) / 2 + 0.2 mm)" % screw
+        nut = self.tool("Box", screw + " nut", Length=height, Width="Options.%s_flats + 0.4 mm" % screw,
+                        Height="(%s - %s) + %s + 1 mm" % (top, middle, below))
+        centre = "(Options.%s_reach + %s) / 2" % (bore, outer)
+        tools.append(self.at(
+            nut, "%s %s %s - %s / 2" % (axis, "+" if side > 0 else "-", centre, height),
+            "-(Options.%s_flats + 0.4 mm) / 2" % screw,
+            where(screw + "_pocket", 1, "(%s - %s)" % (middle, below))))
+        return tools
+
+    def spline(self, bore, count, axis, depth, z):
+        """Prism over a spline, scaled to the bore."""
+        name = "%s %s spline %d" % (self.builder.name, bore, count)
+        link = self.builder.new("App::Link", name + " section", self.group)
+        link.LinkedObject = self.builder.document.getObject("Spline%d" % count)
+        link.LinkTransform = False
+        link.setExpression("Scale", "Options.%s_radius / 1 mm" % bore)
+        prism = self.tool("Extrusion", "%s spline %d" % (bore, count), LengthFwd=depth)
+        prism.Base, prism.DirMode, prism.Dir, prism.Solid = link, "Custom", App.Vector(0, 0, 1), True
+        return self.at(prism, axis, None, z)
+
+    def seats(self):
+        """Seats of ball bearings in base plate and bridge, open towards the driver."""
+        tools = []
+        for name, bottom, start in (
+            ("Seat in the base", "driver_bottom - joint_play", "Options.seat_width"),
+            ("Seat in the bridge", "driver_top + joint_play", "1 mm"),
+        ):
+            seat = self.tool("Cylinder", name, Radius="max(Options.seat_diameter; 0.1 mm) / 2",
+                             Height="Options.seat_width + 1 mm")
+            tools.append(self.at(seat, self.length("-center_distance"), None,
+                                 "Options.seat_diameter > 0 mm ? (%s - %s) : %s"
+                                 % (self.length(bottom), start, AWAY)))
+        return tools

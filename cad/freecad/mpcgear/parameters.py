@@ -16,6 +16,9 @@ SECTION_ROWS = [
     ("clearance", "Gap between the flanks at the contact, half of it on each gear",
      "zero is the exact contact; more is play"),
     ("rib", "Thickness of the rib between tooth and hub", "harmless while thinner than the tooth"),
+    ("rib_foot", "Thickness of the rib at its foot in the hub",
+     "equal to the rib's for straight spokes, larger for tapered ones; harmless while thinner than "
+     "the tooth"),
 ]
 
 
@@ -37,7 +40,7 @@ def build_parameters(document, design):
         row += 1
     sheet = new_sheet(document, "ToothParams")
     for row, (alias, words, warning) in enumerate(SECTION_ROWS, 2):
-        value = design["section"][alias]
+        value = design["section"]["rib" if alias == "rib_foot" else alias]
         limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
         write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
     sheet.set("A%d" % (len(SECTION_ROWS) + 3), "The curves of the teeth are the result of the "
@@ -67,6 +70,18 @@ def write_parameter(sheet, row, alias, value, limits, words, unit=" mm"):
     sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : (B{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
               .format(row))
     sheet.set("F%d" % row, words)
+
+
+def write_formula(sheet, row, alias, formula, words, least=None):
+    """One row whose value follows from others, with a check if it must not fall below `least`."""
+    sheet.set("A%d" % row, alias)
+    sheet.set("B%d" % row, "=" + formula)
+    sheet.setAlias("B%d" % row, alias)
+    sheet.setStyle("A{0}:B{0}".format(row), "italic", "add")
+    sheet.set("F%d" % row, words + ": follows from the rows above")
+    if least is not None:
+        sheet.set("C%d" % row, "=" + least)
+        sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : <<ok>>".format(row))
 
 
 def number(value):
