@@ -2,18 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use mpcgear::Result;
-use mpcgear::design::Design;
+use mpcgear::design::{Design, Gear};
 use mpcgear::export::{Source, stl};
 use mpcgear::motion::Motion;
 use mpcgear::solid::Mesh;
 use mpcgear::solid::assembly::{Carrier, SolidBody, Solids};
 use mpcgear::verify::{Check, CheckInput, Claim, Effort, Mechanism, Printer, check};
+use mpcgear::{Error, Problem, Result};
 use serde::Serialize;
 
 use super::{json, print_out, read_design, say};
 use crate::cli::{CheckArgs, Cli, MeshArgs};
 use crate::terminal::Watch;
+
+/// Gears smaller or larger than their teeth by this factor are in another unit: shafts and hubs make a
+/// gear up to twice as large as its teeth, the nearest other unit (cm) differs by ten.
+const MISFIT: f64 = 4.0;
 
 /// What is checked, and where it came from.
 struct Given {
@@ -140,12 +144,13 @@ fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> 
         let from = match path {
             Some(path) => {
                 let mesh = stl::read(&path)?;
-                let body = SolidBody {
+                let body = mechanism.assembled(SolidBody {
                     name: name.into(),
                     carrier,
                     mesh,
-                };
-                given.bodies.push(mechanism.assembled(body));
+                });
+                in_millimetres(design, &body, &path)?;
+                given.bodies.push(body);
                 path.display().to_string()
             }
             None => match built.get_or_insert_with(|| Solids::build(design, motion)) {
@@ -175,6 +180,35 @@ fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> 
         given.pieces = pieces.map(|p| (p.name, p.mesh)).collect();
     }
     Ok(given)
+}
+
+/// A gear much smaller or larger than its own teeth was written in another unit.
+fn in_millimetres(design: &Design, body: &SolidBody, path: &Path) -> Result<()> {
+    let gear = match body.carrier {
+        Carrier::Driver => Gear::Driver,
+        Carrier::Follower => Gear::Follower,
+        Carrier::Support | Carrier::Slider => return Ok(()),
+    };
+    let teeth = design.sub_gear_pairs.iter().flat_map(|pair| &pair.teeth);
+    let contacts = Mesh {
+        vertices: teeth
+            .flat_map(|tooth| &tooth.stations)
+            .map(|s| s.frame(gear).0.into())
+            .collect(),
+        triangles: Vec::new(),
+    };
+    let size = |mesh: &Mesh| {
+        let (lo, hi) = mesh.bounds();
+        (hi - lo).norm()
+    };
+    let (wanted, found) = (size(&contacts), size(&body.mesh));
+    if wanted == 0.0 || (found > wanted / MISFIT && found < wanted * MISFIT) {
+        return Ok(());
+    }
+    let what =
+        format!("is {found:.3} across, but the teeth of the design are {wanted:.1} mm across");
+    let hint = "export the part in millimetres; this looks like another unit or another part";
+    Err(Error::input(path, vec![Problem::new("STL", what, hint)]))
 }
 
 /// The STL files of a folder by name; none where there is no folder.

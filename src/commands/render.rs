@@ -28,7 +28,7 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     let (reports, names): (Vec<String>, Vec<String>) =
         args.to.iter().cloned().partition(|name| name == REPORT);
     let formats = Format::parse(&names)?;
-    let (design, motion, _) = read_design(path)?;
+    let (design, motion, file) = read_design(path)?;
     let solids = Solids::build(&design, &motion)?;
     let source = Source {
         design: &design,
@@ -40,7 +40,8 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
         files.extend(format::render(&source, format, args.part.as_deref())?);
     }
     if !reports.is_empty() {
-        files.push(super::report::page(&source, &[], (&[], ""))?);
+        let found = super::check::of(cli, &source, &file)?;
+        files.push(super::report::page(&source, &found.claims, (&[], ""))?);
     }
     if out.as_os_str() == "-" {
         return to_standard_output(&files);

@@ -6,7 +6,7 @@ use super::curves::q_unit;
 use super::report::ReportInput;
 use crate::design::Design;
 use crate::load::sensitivity::Sensitivity;
-use crate::load::{Load, LoadReport};
+use crate::load::{Load, LoadReport, PayloadLimit};
 use crate::motion::Class;
 
 /// One line of the table.
@@ -226,7 +226,13 @@ pub fn load(settings: &Load, load: &LoadReport) -> Vec<Figure> {
         "Largest payload",
         rounded(load.payload_max * 1000.0, 3),
         "g",
-        "Until the first contact carries the force limit.",
+        match load.payload_limit {
+            Some(PayloadLimit::Force) => "Then the first contact reaches the force limit.",
+            Some(PayloadLimit::Pressure) => {
+                "Then the first contact reaches the pressure that its material bears."
+            }
+            None => "The weight does not load the contacts.",
+        },
     );
     add(
         "Largest contact pressure",

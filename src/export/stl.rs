@@ -9,7 +9,8 @@ use crate::{Error, Problem, Result};
 /// Reads an STL file, ASCII or binary, mm; corners at the same place become one vertex.
 ///
 /// # Errors
-/// [`Error::Io`] when it cannot be read, [`Error::Input`] when it is no STL file.
+/// [`Error::Io`] when it cannot be read, [`Error::Input`] when it is no STL file, breaks off, or has
+/// no triangles or coordinates that are no numbers.
 pub fn read(path: &Path) -> Result<Mesh> {
     let mut bytes = std::fs::read(path).map_err(Error::io(path))?;
     let wrong = |what: String| {
@@ -21,12 +22,35 @@ pub fn read(path: &Path) -> Result<Mesh> {
     let binary = count.is_some_and(|n| bytes.len() == 84 + 50 * u32::from_le_bytes(n) as usize);
     if binary {
         bytes[..5].fill(b' ');
-    } else if !bytes.starts_with(b"solid") {
-        return Err(wrong(
-            "is neither ASCII nor binary STL of the length it states".into(),
-        ));
+    } else {
+        let text = bytes.trim_ascii();
+        let has = |at: Option<&[u8]>, word: &[u8]| at.is_some_and(|b| b.eq_ignore_ascii_case(word));
+        if !has(text.get(..5), b"solid") {
+            return Err(wrong(
+                "is neither ASCII nor binary STL of the length it states".into(),
+            ));
+        }
+        let last = text.rsplit(|b| *b == b'\n').next().unwrap_or_default();
+        if !has(last.trim_ascii().get(..8), b"endsolid") {
+            return Err(wrong(
+                "breaks off: ASCII STL ends with `endsolid`, binary STL has the length it states"
+                    .into(),
+            ));
+        }
+        bytes = text.to_vec();
+        bytes[..5].make_ascii_lowercase();
     }
     let stl = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;
+    if stl.faces.is_empty() {
+        return Err(wrong("has no triangles".into()));
+    }
+    if stl
+        .vertices
+        .iter()
+        .any(|v| (0..3).any(|i| !v[i].is_finite()))
+    {
+        return Err(wrong("has coordinates that are no numbers".into()));
+    }
     Ok(Mesh {
         vertices: stl
             .vertices

@@ -34,6 +34,12 @@ pub fn relative_curvatures(contact: &Contact) -> [f64; 2] {
     [mean - spread, mean + spread]
 }
 
+/// Force, N, at which a point contact reaches the pressure `allowed` (MPa); otherwise as [`patch`].
+/// The pressure grows with the cube root of the force.
+pub fn force_at(curvatures: [f64; 2], allowed: f64, modulus: f64) -> Option<f64> {
+    patch(curvatures, 1.0, modulus).map(|one| (allowed / one.pressure).powi(3))
+}
+
 /// Patch of a contact with relative principal curvatures `curvatures` (1/mm) under `force` (N) and
 /// effective modulus `modulus` (MPa); `None` unless both curvatures are positive (a point contact)
 /// and the force is positive.

@@ -29,6 +29,25 @@ use crate::{Error, Result};
 use contacts::Configuration;
 use wrench::Wrench;
 
+/// What limits the payload.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PayloadLimit {
+    /// The contact force limit of the settings.
+    Force,
+    /// The Hertz pressure that the weaker material bears.
+    Pressure,
+}
+
+impl std::fmt::Display for PayloadLimit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            PayloadLimit::Force => "the contact force limit",
+            PayloadLimit::Pressure => "the contact pressure that the material bears",
+        })
+    }
+}
+
 /// Load on one contact.
 #[derive(Debug, Clone, Serialize)]
 pub struct ContactLoad {
@@ -59,9 +78,12 @@ pub struct LoadSample {
     pub torque_with_friction: Option<f64>,
     /// Relative error of the force equilibrium.
     pub equilibrium_error: f64,
-    /// Largest payload within the force limit, kg; infinite where weight does not load the contacts,
-    /// `None` when even the extra load alone exceeds it.
+    /// Largest payload within the force limit and the allowed pressure, kg; infinite where weight
+    /// does not load the contacts, `None` when even the extra load alone exceeds a limit.
     pub payload: Option<f64>,
+    /// Which limit that is; `None` where the payload is unlimited. Contacts that are no point
+    /// contacts have the force limit only.
+    pub payload_limit: Option<PayloadLimit>,
     /// Free turn of the follower in the gap, rad.
     pub play_turn: f64,
     /// Free displacement of the load point in the gap, mm.
@@ -84,8 +106,10 @@ pub struct LoadReport {
     /// Work done against the load, over the part of the range where the driver works against it,
     /// divided by the driver's work there with friction. `None` if it jams there or never works.
     pub efficiency: Option<f64>,
-    /// Largest payload for the force limit, kg; 0 when the extra load alone exceeds the limit.
+    /// Largest payload within both limits, kg; 0 when the extra load alone exceeds one.
     pub payload_max: f64,
+    /// Which limit that is; `None` where the payload is unlimited.
+    pub payload_limit: Option<PayloadLimit>,
     /// Largest Hertz pressure, MPa; `None` where some loaded contact is no point contact.
     pub pressure_max: Option<f64>,
     /// What the weaker of both materials bears without yielding, MPa.
@@ -209,6 +233,12 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
             },
         })
         .collect();
+    let (payload, payload_limit) = payload(
+        load,
+        (at, modulus),
+        (&columns, &lengths),
+        (&unit_projected, &extra_projected),
+    );
     Ok(LoadSample {
         phi: at.phi,
         contacts,
@@ -217,16 +247,42 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
         torque_with_friction: efficiency::sliding_balance(at, &total, (load.friction, &lengths))
             .map(|(_, t)| t),
         equilibrium_error: balance.residual,
-        payload: forces::largest_payload(
-            &columns,
-            (&unit_projected, &extra_projected),
-            &lengths,
-            load.force_limit_n,
-        ),
+        payload,
+        payload_limit,
         play_turn: play.turn,
         play_point: play.point,
         sag: play.sag,
     })
+}
+
+/// Largest payload at one angle, kg, and what limits it; as [`LoadSample::payload`].
+fn payload(
+    load: &Load,
+    (at, modulus): (&Configuration, f64),
+    (columns, lengths): (&[DVector<f64>], &DVector<f64>),
+    wrenches: (&DVector<f64>, &DVector<f64>),
+) -> (Option<f64>, Option<PayloadLimit>) {
+    let limit = load.force_limit_n;
+    let allowed = load.pressure_allowed();
+    // What each contact bears, as a share of the force limit.
+    let shares: Vec<f64> = at
+        .contacts
+        .iter()
+        .map(|c| hertz::force_at(hertz::relative_curvatures(c), allowed, modulus))
+        .map(|force| force.map_or(1.0, |f| (f / limit).min(1.0)))
+        .collect();
+    // Forces are counted in shares of what their contact bears.
+    let weaker: Vec<DVector<f64>> = columns.iter().zip(&shares).map(|(c, s)| c * *s).collect();
+    let largest =
+        |columns: &[DVector<f64>]| forces::largest_payload(columns, wrenches, lengths, limit);
+    let (by_force, by_both) = (largest(columns), largest(&weaker));
+    let governs = match (by_force, by_both) {
+        (_, Some(kg)) if kg.is_infinite() => None,
+        (Some(force), Some(both)) if both >= force * (1.0 - 1e-6) => Some(PayloadLimit::Force),
+        (None, _) => Some(PayloadLimit::Force),
+        _ => Some(PayloadLimit::Pressure),
+    };
+    (by_both, governs)
 }
 
 fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
@@ -239,6 +295,10 @@ fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
     };
     let torque_max = largest(&|s| s.torque.abs());
     let working = || samples.iter().filter(|s| s.torque > 1e-9 * torque_max);
+    let kilograms = |s: &LoadSample| s.payload.unwrap_or(0.0);
+    let least = samples
+        .iter()
+        .min_by(|a, b| kilograms(a).total_cmp(&kilograms(b)));
     let useful: f64 = working().map(|s| s.torque).sum();
     let spent = working().try_fold(0.0, |sum, s| Some(sum + s.torque_with_friction?));
     LoadReport {
@@ -248,19 +308,14 @@ fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
         efficiency: spent
             .filter(|spent| useful > 0.0 && *spent > 0.0)
             .map(|spent| useful / spent),
-        payload_max: samples
-            .iter()
-            .map(|s| s.payload.unwrap_or(0.0))
-            .fold(f64::INFINITY, f64::min),
+        payload_max: least.map_or(f64::INFINITY, |s| s.payload.unwrap_or(0.0)),
+        payload_limit: least.and_then(|s| s.payload_limit),
         pressure_max: all(&|s| {
             s.contacts
                 .iter()
                 .try_fold(0.0, |m: f64, c| Some(m.max(c.pressure?)))
         }),
-        pressure_allowed: load
-            .driver_material
-            .allowed_pressure()
-            .min(load.follower_material.allowed_pressure()),
+        pressure_allowed: load.pressure_allowed(),
         play_turn_max: largest(&|s| s.play_turn),
         play_point_max: largest(&|s| s.play_point),
         equilibrium_error_max: largest(&|s| s.equilibrium_error),

@@ -63,6 +63,12 @@ impl Default for Load {
 }
 
 impl Load {
+    /// Largest Hertz pressure that the weaker of both materials bears, MPa.
+    pub fn pressure_allowed(&self) -> f64 {
+        let of = |material: super::Material| material.allowed_pressure();
+        of(self.driver_material).min(of(self.follower_material))
+    }
+
     /// Everything that is wrong with the table, one entry per field; empty when it can be used.
     pub fn problems(&self) -> Vec<crate::Problem> {
         let mut problems = Vec::new();

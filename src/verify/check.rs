@@ -12,7 +12,9 @@ use super::failure::{self, Recognised};
 use super::hold::{self, Play};
 use super::overlap::Part;
 use super::touching::{self, Touching};
-use super::{Mechanism, Progress, Proof, ProofSettings, apart, conjugation, joints, prove};
+use super::{
+    Mechanism, Progress, Proof, ProofSettings, apart, conjugation, insertion, joints, prove,
+};
 use crate::design::{ClosureSample, Design};
 use crate::motion::Motion;
 use crate::solid::Mesh;
@@ -158,7 +160,11 @@ pub fn examine(
     let q_min = known(samples.as_deref())
         .iter()
         .map(|s| s.q)
-        .fold(f64::INFINITY, f64::min);
+        // Q that is not known anywhere is not known.
+        .fold(
+            f64::INFINITY,
+            |least, q| if q.is_nan() { q } else { least.min(q) },
+        );
     let mut claims = conjugation::claims(design, input.motion, q_min);
     claims.extend(hold::closure_claims(design, samples.as_deref()));
     let closure = samples.unwrap_or_default();
@@ -195,6 +201,8 @@ pub fn examine(
             step("joints", 0.8)?;
             let joint_play = design.settings.fit.joint_play_mm;
             claims.extend(joints::claims(&parts, &mechanism, (joint_play, &play)));
+            step("assembly", 0.9)?;
+            claims.extend(insertion::claims(design, &parts, &mechanism));
             failures = failure::recognise(design, &mechanism, &proof.pairs);
         }
         proof => {
@@ -210,6 +218,7 @@ pub fn examine(
                 "no escape",
                 "flanks in place",
                 "joint holds the follower",
+                "assembly",
             ] {
                 let claim = Claim::new(name, "cannot be tried without the meshes");
                 claims.push(claim.undecided(why));

@@ -130,7 +130,7 @@ impl Claim {
         }
     }
 
-    /// Decides the claim by a value; NaN is undecided.
+    /// Decides the claim by a value; what is no finite number is undecided.
     pub(super) fn decide(mut self, value: f64, unit: &str, bound: Bound) -> Claim {
         let number = |x: f64| match x {
             0.0 => "0".into(),
@@ -138,16 +138,16 @@ impl Claim {
             x => format!("{x:.4}"),
         };
         let with_unit = |x: f64| format!("{} {unit}", number(x)).trim_end().to_owned();
-        self.figure = if value.is_nan() {
-            "undecided: not a number".into()
-        } else {
-            with_unit(value)
+        self.figure = match value.is_finite() {
+            true => with_unit(value),
+            false => "undecided: no finite number".into(),
         };
         let limit;
         (limit, self.limit, self.holds) = match bound {
             Bound::AtMost(limit) => (limit, format!("≤ {}", with_unit(limit)), value <= limit),
             Bound::AtLeast(limit) => (limit, format!("≥ {}", with_unit(limit)), value >= limit),
         };
+        self.holds &= value.is_finite();
         self.measured(value, unit, limit)
     }
 

@@ -1,4 +1,4 @@
-//! Are the joints what they should be: the follower held by its ball or pin, and free to be put in.
+//! Are the joints what they should be: the follower held by its ball or pin, the slider by its guide.
 
 use std::f64::consts::TAU;
 
@@ -13,9 +13,6 @@ use super::mechanism::Mechanism;
 use super::overlap::Part;
 use crate::motion::{Class, Pose};
 use crate::solid::assembly::Carrier;
-
-/// Phases at which putting in is tried.
-const PHASES: usize = 36;
 
 /// Phases at which joints are pulled at.
 const HOLD_PHASES: usize = 12;
@@ -32,7 +29,6 @@ pub(super) fn claims(
         claims.push(slider_guided(parts, mechanism, joint_play));
     }
     claims.push(leaning(parts, mechanism, play));
-    claims.push(insertion(parts, mechanism));
     claims
 }
 
@@ -170,39 +166,5 @@ fn leaning(parts: &[Part], mechanism: &Mechanism, play: &[Play]) -> Claim {
     match hits.first() {
         Some(p) => claim.at(Spot::phase(p.phi).towards(&p.direction)),
         None => claim,
-    }
-}
-
-/// All contact normals push the follower away from the driver, so at some driver angle it must be
-/// possible to slide it in along −x: moved out along +x it may not touch the driver.
-fn insertion(parts: &[Part], mechanism: &Mechanism) -> Claim {
-    let claim = Claim::new(
-        "assembly",
-        "the follower can be slid into mesh with the driver in place",
-    );
-    let (Some(follower), Some(driver)) =
-        (find(parts, Carrier::Follower), find(parts, Carrier::Driver))
-    else {
-        return claim.undecided("driver or follower is missing");
-    };
-    let away = mechanism.center_distance;
-    let steps: Vec<f64> = (1..=100)
-        .map(|i| away * (f64::from(i) / 100.0).powi(2))
-        .collect();
-    let free = phases(PHASES).find(|&phi| {
-        steps.iter().all(|&s| {
-            let out = shift(Vector3::x() * s);
-            !touches((follower, driver), mechanism, (phi, &out))
-        })
-    });
-    match free {
-        Some(phi) => claim
-            .say(true, "slides in along −x", "a way in")
-            .at(Spot::phase(phi)),
-        None => claim.say(
-            false,
-            format!("blocked at all of {PHASES} driver angles"),
-            "a way in",
-        ),
     }
 }

@@ -10,6 +10,7 @@ mod escape;
 mod fabrication;
 mod failure;
 mod hold;
+mod insertion;
 mod joints;
 mod mechanism;
 pub mod mesh;
