@@ -114,8 +114,25 @@ fn meshes_of_other_programs_are_checked_in_place_of_the_designs() {
 
 #[test]
 fn bad_input_is_refused_and_a_draft_without_teeth_fails() {
-    let (folder, _) = folder();
-    std::fs::write(folder.path().join("bad.stl"), "no mesh").expect("written");
+    let (folder, driver) = folder();
+    let text = ascii(&driver, |p| p);
+    let whole = stl::binary(&driver).expect("stl");
+    let inches = ascii(&driver, |p| p.map(|c| c / 25.4));
+    for (name, bytes) in [
+        ("bad.stl", b"no mesh".as_slice()),
+        ("nothing.stl", b""),
+        ("empty.stl", b"solid part\nendsolid part\n"),
+        ("cut.stl", &text.as_bytes()[..text.len() / 2]),
+        ("cut_binary.stl", &whole[..whole.len() / 2]),
+        ("inches.stl", inches.as_bytes()),
+    ] {
+        std::fs::write(folder.path().join(name), bytes).expect("written");
+        let output = check(folder.path(), &["--driver", name]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{name}: {message}");
+        assert!(message.contains(name), "{message}");
+        assert_eq!(message.contains("another unit"), name == "inches.stl");
+    }
     for arguments in [
         &["--driver", "bad.stl"][..],
         &["--follower", "missing.stl"],

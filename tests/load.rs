@@ -7,7 +7,7 @@ use known::{Helical, PITCH, design, involute, motion, revolute, spherical};
 use mpcgear::closure;
 use mpcgear::load::contacts::Configuration;
 use mpcgear::load::hertz::{effective_modulus, patch};
-use mpcgear::load::{ExtraLoad, Load, Material, Sampling, analyse, sensitivity};
+use mpcgear::load::{ExtraLoad, Load, Material, PayloadLimit, Sampling, analyse, sensitivity};
 use mpcgear::motion::Class;
 use nalgebra::Vector3;
 
@@ -157,16 +157,42 @@ fn largest_payload_loads_one_contact_to_the_limit() {
     let load = Load {
         mass_g: 1000.0,
         point_mm: [20.0, 0.0, 30.0],
-        force_limit_n: 35.0,
+        force_limit_n: 0.5,
+        driver_material: Material::Steel,
+        follower_material: Material::Steel,
         ..Load::default()
     };
     let report = analyse(&pair, &m, &load, sampling(72)).unwrap();
+    assert_eq!(report.payload_limit, Some(PayloadLimit::Force));
     let again = Load {
         mass_g: 1000.0 * report.payload_max,
         ..load
     };
     let limit = analyse(&pair, &m, &again, sampling(72)).unwrap();
-    assert_relative_eq!(limit.force_max, 35.0, max_relative = 1e-5);
+    assert_relative_eq!(limit.force_max, 0.5, max_relative = 1e-5);
+}
+
+#[test]
+fn largest_payload_presses_one_contact_as_hard_as_its_material_bears() {
+    let (pair, m) = (spherical(), motion(Class::R3));
+    let load = Load {
+        mass_g: 1000.0,
+        point_mm: [20.0, 0.0, 30.0],
+        force_limit_n: 1e6,
+        driver_material: Material::Steel,
+        ..Load::default()
+    };
+    let report = analyse(&pair, &m, &load, sampling(72)).unwrap();
+    assert_eq!(report.payload_limit, Some(PayloadLimit::Pressure));
+    // The weaker material decides.
+    assert_eq!(report.pressure_allowed, Material::Pla.allowed_pressure());
+    let again = Load {
+        mass_g: 1000.0 * report.payload_max,
+        ..load
+    };
+    let limit = analyse(&pair, &m, &again, sampling(72)).unwrap();
+    let pressure = limit.pressure_max.expect("point contacts");
+    assert_relative_eq!(pressure, report.pressure_allowed, max_relative = 1e-5);
 }
 
 #[test]
