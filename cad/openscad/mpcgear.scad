@@ -270,8 +270,11 @@ module pull_in_foot(amount) {
             children();
             translate([0, 0, -1]) linear_extrude(height = 1 + amount) difference() {
                 square(1000, center = true);
-                offset(delta = -amount) projection(cut = true)
-                    translate([0, 0, -amount / 2]) children();
+                // The outline of the layers, not a cut through them, which CGAL now and then fails at.
+                offset(delta = -amount) projection() intersection() {
+                    children();
+                    translate([-500, -500, 0]) cube([1000, 1000, amount]);
+                }
             }
         }
     } else {

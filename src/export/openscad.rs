@@ -184,6 +184,8 @@ struct Part {
     teeth: Option<TeethPart>,
     /// The printed pieces; a body that is printed whole has one of its own name.
     pieces: Vec<PiecePart>,
+    /// Height of the lowest face of the whole body without its teeth.
+    bottom: String,
     /// Row-major 4×4 pose at φ = 0, if it is not the identity.
     pose: Option<String>,
 }
@@ -262,14 +264,15 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
             bottom: super::scad_bed::bottom(&piece.features, piece.up, &values)?,
         });
     }
+    let up = [0.0, 0.0, 1.0];
+    let bottom = super::scad_bed::bottom(&body.features, up, &values)?;
     if pieces.is_empty() {
-        let up = [0.0, 0.0, 1.0];
         pieces.push(PiecePart {
             name: body.name.clone(),
             modules: Vec::new(),
             tree: String::new(),
             up: direction(up),
-            bottom: super::scad_bed::bottom(&body.features, up, &values)?,
+            bottom: bottom.clone(),
         });
     }
     Ok(Part {
@@ -280,6 +283,7 @@ fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
         modules,
         teeth,
         pieces,
+        bottom,
         pose: (body.name == "follower").then(|| pose(source)),
     })
 }

@@ -79,6 +79,7 @@ impl Run {
     }
 
     /// Takes the values of a parameter set in `file`.
+    #[allow(dead_code)]
     pub fn set_of(mut self, file: &Path, name: &str) -> Run {
         let file = file.display().to_string();
         self.arguments
