@@ -415,6 +415,8 @@ def build_datums(document, design):
     """Axes of driver and follower, joint centre, the plane across it and the plane of both axes."""
     distance = design["settings"]["gear"]["center_distance_mm"]
     centre, driver = App.Vector(0, 0, 0), App.Vector(-distance, 0, 0)
+    reach = distance + max(abs(station["p"][2]) for pair in design["sub_gear_pairs"]
+                           for tooth in pair["teeth"] for station in tooth["stations"])
     for kind, name, owner, place in (
         ("Line", "DriverAxis", "Driver", App.Placement(driver, App.Rotation())),
         ("Line", "FollowerAxis", "Follower", App.Placement()),
@@ -427,5 +429,11 @@ def build_datums(document, design):
         if part is not None:
             datum = document.addObject("PartDesign::" + kind, name)
             datum.Placement = place
+            # By itself FreeCAD draws datums many times as large as the parts.
+            if kind != "Point":
+                datum.ResizeMode = "Manual"
+                datum.Length = 2 * reach
+            if kind == "Plane":
+                datum.Width = 2 * reach
             part.addObject(datum)
             datum.Visibility = kind != "Plane"
