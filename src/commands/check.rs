@@ -7,6 +7,8 @@ use mpcgear::export::{Source, stl};
 use mpcgear::motion::Motion;
 use mpcgear::solid::Mesh;
 use mpcgear::solid::assembly::{Carrier, SolidBody, Solids};
+use mpcgear::solid::kernel::Solid;
+use mpcgear::solid::slivers;
 use mpcgear::verify::{Check, CheckInput, Claim, Effort, Mechanism, Printer, check};
 use mpcgear::{Error, Problem, Result};
 use serde::Serialize;
@@ -18,6 +20,10 @@ use crate::terminal::Watch;
 /// Gears smaller or larger than their teeth by this factor are in another unit: shafts and hubs make a
 /// gear up to twice as large as its teeth, the nearest other unit (cm) differs by ten.
 const MISFIT: f64 = 4.0;
+
+/// Corners in ASCII STL files have six digits: between 10 and 100 mm, steps of this size, mm. Triangles
+/// that are smaller may be flat, or cross their neighbours, and nobody will ever see it.
+const FILE_PRECISION: f64 = 1e-4;
 
 /// What is checked, and where it came from.
 struct Given {
@@ -140,10 +146,16 @@ fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> 
     };
     for (name, carrier, path) in names {
         let beside = folder.join("meshes").join(format!("{name}.stl"));
+        let foreign = path.is_some();
         let path = path.clone().or_else(|| beside.is_file().then_some(beside));
         let from = match path {
             Some(path) => {
-                let mesh = stl::read(&path)?;
+                let mut mesh = stl::read(&path)?;
+                // A mesh that is no solid stays as it is, for the check to say so.
+                if foreign && let Ok(solid) = Solid::new(&mesh, name) {
+                    mesh = solid.smoothed(FILE_PRECISION).mesh();
+                    slivers::remove(&mut mesh);
+                }
                 let body = mechanism.assembled(SolidBody {
                     name: name.into(),
                     carrier,

@@ -78,6 +78,11 @@ impl Solid {
         }
     }
 
+    /// The solid without edges and steps below `tolerance`, mm.
+    pub fn smoothed(&self, tolerance: f64) -> Solid {
+        Solid(self.0.simplify(tolerance))
+    }
+
     /// Volume, mm³.
     pub fn volume(&self) -> f64 {
         self.0.volume()
@@ -111,7 +116,7 @@ impl Solid {
     /// # Errors
     /// [`Error::Internal`] when a boolean failed, or the solid is empty or in several pieces.
     pub fn one_body(self, name: &str) -> Result<Mesh> {
-        let solid = Solid(self.sound(name)?.0.simplify(SEAM)).sound(name)?;
+        let solid = self.sound(name)?.smoothed(SEAM).sound(name)?;
         let mut pieces: Vec<Mesh> = solid
             .0
             .decompose()

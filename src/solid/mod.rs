@@ -16,7 +16,7 @@ pub mod primitive;
 pub mod recipe;
 pub mod rib;
 pub mod section;
-mod slivers;
+pub mod slivers;
 mod support;
 pub mod sweep;
 

@@ -78,7 +78,7 @@ def write_all(document, parts, stem, folder):
         named.append(scratch.addObject("Part::Feature", part.Name))
         named[-1].Label = part.Name.lower()
         named[-1].Shape = solid
-        mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.02, AngularDeflection=0.2)
+        mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.01, AngularDeflection=0.2)
         mesh.write(path + "-" + part.Name.lower() + ".stl")
         facts[part.Name.lower()] = {"volume_mm3": solid.Volume, "faces": len(solid.Faces)}
     write_step(named, path + ".step")
