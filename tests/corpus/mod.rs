@@ -5,6 +5,7 @@
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
+use manifold_rust::manifold::Manifold;
 use mpcgear::design::{Design, Gear};
 use mpcgear::motion::{Class, Motion};
 use mpcgear::solid::assembly::{Carrier, SolidBody};
@@ -82,20 +83,34 @@ pub fn built_from(change: impl Fn(&mut Design)) -> Check {
 
 /// A small ball in the driver frame.
 pub fn ball(centre: Vector3<f64>, radius: f64) -> Solid {
-    let solid = manifold_rust::manifold::Manifold::sphere(radius, 32).get_mesh_gl64(-1);
+    centred(Manifold::sphere(radius, 32), centre)
+}
+
+/// An upright square post on `foot`: half width and height.
+pub fn post(foot: Vector3<f64>, (half, height): (f64, f64)) -> Solid {
+    let size = manifold_rust::linalg::Vec3::new(2.0 * half, 2.0 * half, height);
+    centred(
+        Manifold::cube(size, true),
+        foot + 0.5 * height * Vector3::z(),
+    )
+}
+
+/// A shape around the origin, moved to `centre`.
+fn centred(shape: Manifold, centre: Vector3<f64>) -> Solid {
+    let gl = shape.get_mesh_gl64(-1);
     let mesh = Mesh {
-        vertices: solid
+        vertices: gl
             .vert_properties
-            .chunks(solid.num_prop as usize)
+            .chunks(gl.num_prop as usize)
             .map(|v| [v[0] + centre.x, v[1] + centre.y, v[2] + centre.z])
             .collect(),
-        triangles: solid
+        triangles: gl
             .tri_verts
             .chunks(3)
             .map(|t| [t[0] as u32, t[1] as u32, t[2] as u32])
             .collect(),
     };
-    Solid::new(&mesh, "ball").expect("sound")
+    Solid::new(&mesh, "shape").expect("sound")
 }
 
 pub fn joined(mesh: &Mesh, solid: &Solid) -> Mesh {
@@ -111,25 +126,6 @@ pub fn middle(k: usize, j: usize) -> (Vector3<f64>, Vector3<f64>) {
     let stations = &sound().0.sub_gear_pairs[k].teeth[j].stations;
     let (p, n, _) = stations[stations.len() / 2].frame(Gear::Driver);
     (p, n)
-}
-
-/// An upright square post on `foot`: half width and height.
-pub fn post(foot: Vector3<f64>, (half, height): (f64, f64)) -> Solid {
-    let size = manifold_rust::linalg::Vec3::new(2.0 * half, 2.0 * half, height);
-    let gl = manifold_rust::manifold::Manifold::cube(size, true).get_mesh_gl64(-1);
-    let mesh = Mesh {
-        vertices: gl
-            .vert_properties
-            .chunks(3)
-            .map(|v| [v[0] + foot.x, v[1] + foot.y, v[2] + foot.z + 0.5 * height])
-            .collect(),
-        triangles: gl
-            .tri_verts
-            .chunks(3)
-            .map(|t| [t[0] as u32, t[1] as u32, t[2] as u32])
-            .collect(),
-    };
-    Solid::new(&mesh, "post").expect("sound")
 }
 
 pub fn claim<'a>(check: &'a Check, name: &str) -> &'a Claim {
