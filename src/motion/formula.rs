@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_dual::Dual2_64;
 use serde::{Deserialize, Serialize};
 
-use super::expression::{Constants, Expression, builtin_constants};
+use super::expression::{Constants, Expression, builtin_constants, is_taken};
 use super::jet::{PoseJet, QuaternionJet, about_vector, about_z, compose, z_to};
 use crate::Problem;
 
@@ -39,6 +39,9 @@ impl Default for Formula {
     }
 }
 
+/// Most characters that all formulas of a motion may have together, bytes.
+const MAX_TOTAL: usize = 100_000;
+
 /// Parsed [`Formula`].
 #[derive(Debug, Clone)]
 pub(super) struct FormulaShape {
@@ -58,6 +61,15 @@ enum Wobble {
 impl Formula {
     /// Parses all expressions; all problems at once.
     pub(super) fn shape(&self) -> Result<FormulaShape, Vec<Problem>> {
+        let vectors = [self.axis.as_ref(), self.rotation.as_ref()];
+        let components = vectors.into_iter().flatten().chain([&self.translation]);
+        let texts = components.flatten().chain(self.constants.values());
+        let total = texts.map(String::len).sum::<usize>() + self.own_turn.len();
+        if total > MAX_TOTAL {
+            let what = format!("its formulas have {total} characters, allowed {MAX_TOTAL}");
+            let hint = "a table of poses describes such a motion better";
+            return Err(vec![Problem::new("motion", what, hint)]);
+        }
         let mut problems = Vec::new();
         let constants = self.constant_values(&mut problems);
         let mut parse = |place: String, text: &str| {
@@ -101,6 +113,11 @@ impl Formula {
         let mut constants = builtin.clone();
         for (name, text) in &self.constants {
             let place = format!("motion.constants.{name}");
+            if is_taken(name) {
+                let what = format!("`{name}` has a meaning in formulas already");
+                problems.push(Problem::new(place, what, "choose another name"));
+                continue;
+            }
             let value = match Expression::parse(text, &builtin) {
                 Ok(Expression::Constant(value)) if value.is_finite() => value,
                 Ok(Expression::Constant(value)) => {

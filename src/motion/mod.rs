@@ -3,6 +3,7 @@
 mod checks;
 mod class;
 mod csv_numbers;
+mod derivative;
 mod document;
 mod expression;
 mod file;

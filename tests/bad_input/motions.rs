@@ -64,6 +64,27 @@ fn bad_formulas() {
         "constants = { a = \"phi\" }",
         &["motion.constants.a", "depends on phi"],
     );
+    for name in ["phi", "pi", "deg", "sin", "e"] {
+        formula(
+            "1R",
+            &format!("constants = {{ {name} = \"1\" }}"),
+            &[
+                &format!("motion.constants.{name}"),
+                "meaning in formulas already",
+            ],
+        );
+    }
+    let long = ["cos(phi)"; 1500].join("+");
+    let axis = format!("axis = [\"{long}\", \"0\", \"1\"]\n");
+    let long =
+        format!("{axis}translation = [\"{long}\", \"{long}\", \"{long}\"]\nown_turn = \"{long}\"");
+    let more = ["sin(phi)"; 2000].join("+");
+    let constants = format!("constants = {{ a = \"{more}\", b = \"{more}\" }}\n");
+    formula(
+        "3R",
+        &(constants + &long),
+        &["formulas have 1", "allowed 100000"],
+    );
 }
 
 #[test]
