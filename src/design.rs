@@ -1,5 +1,13 @@
 //! The serialised result that everything is exported from: teeth, layout, poses, settings.
 
+mod check;
+mod check_recipe;
+pub mod file;
+mod problems;
+
+pub use check_recipe::is_name;
+pub use file::Stored;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -126,10 +134,18 @@ pub struct Section {
 pub struct ClosureSample {
     /// Driver angle, rad.
     pub phi: f64,
-    /// Q(φ) of Eq. 4 (mixed units in classes with translation).
+    /// Q(φ) of Eq. 4 (mixed units in classes with translation); −∞ without closure, `null` in JSON.
+    #[serde(deserialize_with = "number_or_none")]
     pub q: f64,
     /// Q with moments divided by L/2.
+    #[serde(deserialize_with = "number_or_none")]
     pub q_star: f64,
     /// N·Q*/mean|n̄*|, quality in (−∞, 1].
+    #[serde(deserialize_with = "number_or_none")]
     pub eta: f64,
+}
+
+/// JSON has no −∞: it stands there as `null`.
+fn number_or_none<'d, D: serde::Deserializer<'d>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NEG_INFINITY))
 }

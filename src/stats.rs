@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use crate::design::Design;
+use crate::design::{Design, Stored};
 use crate::export::figures::{ClosureFigures, rounded};
 use crate::export::stl;
 use crate::solid::Mesh;
@@ -43,10 +43,8 @@ struct Summary {
 pub fn collect(paths: &[PathBuf]) -> Result<Vec<Entry>> {
     let mut entries = Vec::new();
     for path in paths {
-        if path.is_file() {
+        if !path.is_dir() || path.join("design.json").exists() {
             entries.push(entry(path)?);
-        } else if path.join("design.json").is_file() {
-            entries.push(entry(&path.join("design.json"))?);
         } else {
             let mut inside: Vec<PathBuf> = std::fs::read_dir(path)
                 .map_err(Error::io(path))?
@@ -80,10 +78,8 @@ fn not_a_design(path: &Path, what: String) -> Error {
 }
 
 fn entry(path: &Path) -> Result<Entry> {
-    let text = std::fs::read(path).map_err(Error::io(path))?;
-    let design: Design =
-        serde_json::from_slice(&text).map_err(|e| not_a_design(path, e.to_string()))?;
-    let folder = path.parent().unwrap_or(Path::new("."));
+    let Stored { file, design, .. } = Stored::read(path)?;
+    let folder = file.parent().unwrap_or(Path::new("."));
     let summary: Summary = match std::fs::read(folder.join("summary.json")) {
         Ok(text) => serde_json::from_slice(&text)
             .map_err(|e| not_a_design(&folder.join("summary.json"), e.to_string()))?,
@@ -95,7 +91,7 @@ fn entry(path: &Path) -> Result<Entry> {
         .filter_map(mesh)
         .collect();
     Ok(Entry {
-        path: path.into(),
+        path: file,
         design,
         seconds: summary.wall_seconds,
         feasible: summary.feasible,

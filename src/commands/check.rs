@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mpcgear::design::{Design, Gear};
+use mpcgear::design::{Design, Gear, Stored};
 use mpcgear::export::{Source, stl};
 use mpcgear::motion::Motion;
 use mpcgear::solid::Mesh;
@@ -13,7 +13,7 @@ use mpcgear::verify::{Check, CheckInput, Claim, Effort, Mechanism, Printer, chec
 use mpcgear::{Error, Problem, Result};
 use serde::Serialize;
 
-use super::{json, print_out, read_design, say};
+use super::{json, print_out, say};
 use crate::cli::{CheckArgs, Cli, MeshArgs};
 use crate::terminal::Watch;
 
@@ -55,7 +55,7 @@ struct Answer<'a> {
 /// # Errors
 /// Designs and meshes that cannot be read; interruption.
 pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
-    let (design, motion, file) = read_design(&args.design)?;
+    let (design, motion, file) = Stored::read(&args.design)?.with_motion()?;
     let given = given((&design, &motion), &file, &args.meshes)?;
     let printer = Printer {
         volume_mm: args.printer,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use mpcgear::design::Stored;
 use mpcgear::export::figures;
 use mpcgear::load::sensitivity::{Sensitivity, sensitivity};
 use mpcgear::load::{self, LoadReport, Sampling};
@@ -9,7 +10,7 @@ use mpcgear::table::Format;
 use mpcgear::{Result, export, stats};
 use serde::Serialize;
 
-use super::{json, print_out, read_design, say};
+use super::{json, print_out, say};
 use crate::cli::{Cli, TableFormat};
 
 /// Angles at which assembly errors are tried; each takes a hundred small programs.
@@ -32,7 +33,7 @@ struct Answer<'a> {
 /// # Errors
 /// As [`load::analyse`] and [`sensitivity`].
 pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Result<u8> {
-    let (design, motion, _) = read_design(path)?;
+    let (design, motion, _) = Stored::read(path)?.with_motion()?;
     let mut carried = design.settings.load.clone();
     carried.mass_g = payload.unwrap_or(carried.mass_g);
     let report = load::analyse(&design, &motion, &carried, Sampling::default())?;

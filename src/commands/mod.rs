@@ -7,11 +7,9 @@ mod render;
 mod report;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use mpcgear::design::Design;
-use mpcgear::motion::Motion;
-use mpcgear::{Error, Problem, Result};
+use mpcgear::{Error, Result};
 
 use crate::cli::{Cli, Command};
 
@@ -95,32 +93,4 @@ fn print_out(text: &str) -> Result<()> {
 /// A value as pretty JSON.
 fn json(value: &impl serde::Serialize) -> Result<String> {
     serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))
-}
-
-/// Reads a design from its file or from the folder it is in, with its motion.
-fn read_design(path: &Path) -> Result<(Design, Motion, PathBuf)> {
-    let file = if path.is_dir() {
-        path.join("design.json")
-    } else {
-        path.to_path_buf()
-    };
-    let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
-    let broken = |what: String| Error::Input {
-        file: file.clone(),
-        problems: vec![Problem {
-            place: "design.json".into(),
-            what,
-            hint: "it has to be written by `mpcgear design` of this version".into(),
-        }],
-    };
-    let design: Design = serde_json::from_str(&text).map_err(|e| broken(e.to_string()))?;
-    if design.format != mpcgear::design::FORMAT {
-        return Err(broken(format!(
-            "format {} cannot be read, format {} can",
-            design.format,
-            mpcgear::design::FORMAT
-        )));
-    }
-    let motion = Motion::new(design.class, &design.motion)?;
-    Ok((design, motion, file))
 }

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use mpcgear::design::{Stored, file};
 use mpcgear::export::format::{self, Format};
 use mpcgear::export::{File, Source, report};
-use mpcgear::solid::assembly::Solids;
 use mpcgear::{Error, Problem, Result};
 
-use super::{json, print_out, read_design, say};
+use super::{json, print_out, say};
 use crate::cli::{Cli, ExportArgs};
 
 /// The format that is not a rendering of the solids alone.
@@ -28,8 +28,8 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     let (reports, names): (Vec<String>, Vec<String>) =
         args.to.iter().cloned().partition(|name| name == REPORT);
     let formats = Format::parse(&names)?;
-    let (design, motion, file) = read_design(path)?;
-    let solids = Solids::build(&design, &motion)?;
+    let (design, motion, origin) = Stored::read(path)?.with_motion()?;
+    let solids = file::solids(&design, &motion, &origin)?;
     let source = Source {
         design: &design,
         motion: &motion,
@@ -40,7 +40,7 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
         files.extend(format::render(&source, format, args.part.as_deref())?);
     }
     if !reports.is_empty() {
-        let found = super::check::of(cli, &source, &file)?;
+        let found = super::check::of(cli, &source, &origin)?;
         files.push(super::report::page(&source, &found.claims, (&[], ""))?);
     }
     if out.as_os_str() == "-" {

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use mpcgear::Result;
+use mpcgear::design::{Stored, file as stored};
 use mpcgear::export::evidence::Evidence;
 use mpcgear::export::report;
 use mpcgear::export::{File, Source};
-use mpcgear::solid::Solids;
 use mpcgear::verify::Claim;
 
-use super::{check, read_design, say};
+use super::{check, say};
 use crate::cli::Cli;
 
 /// Checks the design in an output folder and writes its `report.html` again; or only pictures.
@@ -17,11 +17,11 @@ use crate::cli::Cli;
 /// # Errors
 /// Designs that cannot be read or built, files that cannot be written, interruption.
 pub fn run(cli: &Cli, folder: &Path, png: Option<&Path>) -> Result<u8> {
-    let (design, motion, file) = read_design(folder)?;
+    let (design, motion, file) = Stored::read(folder)?.with_motion()?;
     let solids = match design.sub_gear_pairs.is_empty() {
         // A draft that never came as far as bodies.
         true => None,
-        false => Some(Solids::build(&design, &motion)?),
+        false => Some(stored::solids(&design, &motion, &file)?),
     };
     let source = Source {
         design: &design,

@@ -1,0 +1,125 @@
+//! What a design that was read has to be like: ranges and counts.
+
+use super::problems::Problems;
+use super::{Design, Section, ToothPair, check_recipe};
+use crate::Problem;
+
+/// Largest coordinate or size anywhere, mm: the largest centre distance a hundred times.
+pub(super) const REACH: f64 = 50_000.0;
+
+/// Longest text for people (name of the design, description, problem).
+const TEXT: usize = 1000;
+
+/// Stations of a tooth, fewest and most; our own designs have 201.
+const STATIONS: [usize; 2] = [5, 1001];
+
+/// How far the length of a unit vector may be from 1.
+pub(super) const UNIT: f64 = 1e-6;
+
+/// Everything that is wrong with `design`; empty when it can be worked with.
+pub(super) fn problems(design: &Design) -> Vec<Problem> {
+    let mut found = Problems::default();
+    found.extend(design.settings.problems(design.class));
+    text(&mut found, || "name".into(), &design.name);
+    text(&mut found, || "generator".into(), &design.generator);
+    found.count(|| "problems".into(), design.problems.len(), 1000);
+    teeth(&mut found, design);
+    section(&mut found, &design.section);
+    closure(&mut found, design);
+    check_recipe::recipe(&mut found, &design.recipe, design.class);
+    found.all()
+}
+
+pub(super) fn text(found: &mut Problems, place: impl FnOnce() -> String, text: &str) {
+    if text.len() > TEXT || text.chars().any(char::is_control) {
+        let what = "is longer than 1000 bytes or has control characters";
+        found.add(|| Problem::new(place(), what, "plain text, on one line"));
+    }
+}
+
+fn teeth(found: &mut Problems, design: &Design) {
+    let pairs = &design.sub_gear_pairs;
+    found.count(|| "sub_gear_pairs".into(), pairs.len(), 12);
+    let wanted = design.settings.gear.teeth;
+    for (k, pair) in pairs.iter().enumerate() {
+        let place = || format!("sub_gear_pairs[{k}]");
+        let count = pair.teeth.len();
+        if count != wanted {
+            let what = format!("has {count} teeth, settings.gear.teeth is {wanted}");
+            found.add(|| Problem::new(place(), what, ""));
+        }
+        let place = || format!("sub_gear_pairs[{k}].parameters");
+        found.count(place, pair.parameters.len(), 1000);
+        for (j, tooth) in pair.teeth.iter().enumerate() {
+            tooth_pair(found, &|| format!("sub_gear_pairs[{k}].teeth[{j}]"), tooth);
+        }
+    }
+}
+
+fn tooth_pair(found: &mut Problems, place: &dyn Fn() -> String, tooth: &ToothPair) {
+    let [least, most] = STATIONS;
+    let count = tooth.stations.len();
+    if !(least..=most).contains(&count) {
+        let what = format!("are {count}, allowed {least} to {most}");
+        found.add(|| Problem::new(place() + ".stations", what, ""));
+    }
+    found.count(
+        || place() + ".control_points",
+        tooth.control_points.len(),
+        100,
+    );
+    let numbers = tooth.control_points.iter().flatten();
+    for &x in numbers.chain([&tooth.fit_error, &tooth.phi_start, &tooth.phi_end]) {
+        found.range(place, x, [-REACH, REACH]);
+    }
+    for (i, s) in tooth.stations.iter().enumerate() {
+        let place = || format!("{}.stations[{i}]", place());
+        found.range(|| place() + ".phi", s.phi, [-100.0, 100.0]);
+        for &x in [s.p, s.p1, s.p2].iter().flatten() {
+            found.range(place, x, [-REACH, REACH]);
+        }
+        for (name, v) in [
+            ("n", s.n),
+            ("n1", s.n1),
+            ("t1", s.t1),
+            ("n2", s.n2),
+            ("t2", s.t2),
+        ] {
+            let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            found.range(
+                || format!("length of {}.{name}", place()),
+                length,
+                [1.0 - UNIT, 1.0 + UNIT],
+            );
+        }
+    }
+    let increasing = |w: &[super::Station]| w[0].phi < w[1].phi;
+    if !tooth.stations.windows(2).all(increasing) {
+        found.add(|| Problem::new(place() + ".stations", "have phi that do not increase", ""));
+    }
+}
+
+fn section(found: &mut Problems, section: &Section) {
+    for (name, value, most) in [
+        ("thickness", section.thickness, 20.0),
+        ("flank_radius", section.flank_radius, 20.0),
+        ("tip", section.tip, 20.0),
+        ("root", section.root, 20.0),
+        ("clearance", section.clearance, 2.0),
+        ("rib", section.rib, 20.0),
+    ] {
+        found.range(|| format!("section.{name}"), value, [0.0, most]);
+    }
+}
+
+fn closure(found: &mut Problems, design: &Design) {
+    let samples = &design.closure;
+    found.count(|| "closure".into(), samples.len(), 60_000);
+    for (i, s) in samples.iter().enumerate() {
+        let infinite = s.q == f64::NEG_INFINITY; // no closure at all
+        if !(s.phi.is_finite() && (s.q.is_finite() || infinite)) {
+            let place = format!("closure[{i}]");
+            found.add(|| Problem::new(place, "has numbers that are not finite", ""));
+        }
+    }
+}
