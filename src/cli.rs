@@ -200,12 +200,9 @@ fn parse_mass(text: &str) -> Result<f64, String> {
 
 /// Three lengths in mm, `220x220x250`.
 fn parse_volume(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Vec<f64> = text
-        .split('x')
-        .filter_map(|n| n.trim().parse().ok())
-        .collect();
-    <[f64; 3]>::try_from(numbers)
-        .ok()
+    let numbers: Option<Vec<f64>> = text.split('x').map(|n| n.trim().parse().ok()).collect();
+    numbers
+        .and_then(|numbers| <[f64; 3]>::try_from(numbers).ok())
         .filter(|size| size.iter().all(|x| x.is_finite() && *x > 0.0))
         .ok_or_else(|| format!("`{text}` is not a size; write 220x220x250"))
 }

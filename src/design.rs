@@ -3,7 +3,6 @@
 mod check;
 mod check_recipe;
 pub mod file;
-mod problems;
 
 pub use check_recipe::is_name;
 pub use file::Stored;

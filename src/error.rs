@@ -24,9 +24,9 @@ impl Problem {
         hint: impl Into<String>,
     ) -> Problem {
         Problem {
-            place: place.into(),
-            what: what.into(),
-            hint: hint.into(),
+            place: shortened(place.into()),
+            what: shortened(what.into()),
+            hint: shortened(hint.into()),
         }
     }
 }
@@ -41,17 +41,146 @@ impl std::fmt::Display for Problem {
     }
 }
 
+/// Longest part of a message, letters; what is longer has a gap after the first [`BEGINNING`].
+const LONGEST: usize = 600;
+const BEGINNING: usize = 400;
+
+/// Values as users give them can have millions of letters.
+fn shortened(text: String) -> String {
+    if text.len() <= LONGEST {
+        return text;
+    }
+    let letters = text.chars().count();
+    if letters <= LONGEST {
+        return text;
+    }
+    let from = |n: usize| text.char_indices().nth(n).map_or(text.len(), |(at, _)| at);
+    let (head, tail) = (from(BEGINNING), from(letters + BEGINNING - LONGEST));
+    format!("{} … {}", &text[..head], &text[tail..])
+}
+
+/// Problems as they are found: the first [`Problems::KEPT`] are kept, the others counted.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Problems {
+    first: Vec<Problem>,
+    more: usize,
+}
+
+impl Problems {
+    /// How many are kept.
+    pub const KEPT: usize = 20;
+
+    /// Adds a problem.
+    pub fn push(&mut self, problem: Problem) {
+        self.add(|| problem);
+    }
+
+    /// Adds a problem that is only put into words if it is kept.
+    pub fn add(&mut self, problem: impl FnOnce() -> Problem) {
+        if self.first.len() < Self::KEPT {
+            self.first.push(problem());
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// `value` within `[min, max]`; `place` is only asked when it is not. NaN is not.
+    pub(crate) fn range(
+        &mut self,
+        place: impl FnOnce() -> String,
+        value: f64,
+        [min, max]: [f64; 2],
+    ) {
+        if !(min..=max).contains(&value) {
+            self.add(|| Problem::new(place(), format!("is {value}, allowed {min} to {max}"), ""));
+        }
+    }
+
+    /// At most `most` entries; whether it is so.
+    pub(crate) fn count(
+        &mut self,
+        place: impl FnOnce() -> String,
+        count: usize,
+        most: usize,
+    ) -> bool {
+        if count > most {
+            self.add(|| Problem::new(place(), format!("has {count} entries, allowed {most}"), ""));
+        }
+        count <= most
+    }
+
+    /// Adds those that were found elsewhere.
+    pub fn append(&mut self, other: Problems) {
+        self.extend(other.first);
+        self.more += other.more;
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.first.is_empty()
+    }
+
+    /// How many were found.
+    pub fn len(&self) -> usize {
+        self.first.len() + self.more
+    }
+
+    /// Those that are kept.
+    pub fn first(&self) -> &[Problem] {
+        &self.first
+    }
+
+    /// Those that are kept, to be changed.
+    pub fn first_mut(&mut self) -> &mut [Problem] {
+        &mut self.first
+    }
+}
+
+impl Extend<Problem> for Problems {
+    fn extend<I: IntoIterator<Item = Problem>>(&mut self, problems: I) {
+        for problem in problems {
+            self.push(problem);
+        }
+    }
+}
+
+impl From<Vec<Problem>> for Problems {
+    fn from(list: Vec<Problem>) -> Problems {
+        let mut problems = Problems::default();
+        problems.extend(list);
+        problems
+    }
+}
+
+impl From<Problem> for Problems {
+    fn from(problem: Problem) -> Problems {
+        Problems::from(vec![problem])
+    }
+}
+
+impl std::fmt::Display for Problems {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} problem(s)", self.len())?;
+        for problem in &self.first {
+            write!(f, "\n  - {problem}")?;
+        }
+        match self.more {
+            0 => Ok(()),
+            more => write!(f, "\n  … and {more} more"),
+        }
+    }
+}
+
 /// Everything that can go wrong, by who has to act on it.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The input is wrong; all problems found are listed. Exit code 2.
-    #[error("{}: {} problem(s)\n{}", file.display(), problems.len(),
-        problems.iter().map(|p| format!("  - {p}")).collect::<Vec<_>>().join("\n"))]
+    /// The input is wrong; the problems found are listed. Exit code 2.
+    #[error("{}: {problems}", file.display())]
     Input {
         /// File the problems are in.
         file: PathBuf,
-        /// All problems found, in reading order.
-        problems: Vec<Problem>,
+        /// The problems, in reading order.
+        problems: Problems,
     },
     /// A file or folder could not be read or written. Exit code 2.
     #[error("{}: {source}", path.display())]
@@ -91,10 +220,10 @@ impl Error {
     }
 
     /// Bad input found in `file`.
-    pub fn input(file: impl Into<PathBuf>, problems: Vec<Problem>) -> Error {
+    pub fn input(file: impl Into<PathBuf>, problems: impl Into<Problems>) -> Error {
         Error::Input {
             file: file.into(),
-            problems,
+            problems: problems.into(),
         }
     }
 

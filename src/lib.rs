@@ -21,4 +21,4 @@ pub mod synthesis;
 pub mod table;
 pub mod verify;
 
-pub use error::{Error, Problem, Result};
+pub use error::{Error, Problem, Problems, Result};

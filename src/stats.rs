@@ -73,7 +73,8 @@ fn not_a_design(path: &Path, what: String) -> Error {
             place: "design.json".into(),
             what,
             hint: "give the output folder of `mpcgear design`".into(),
-        }],
+        }]
+        .into(),
     }
 }
 

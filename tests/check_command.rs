@@ -137,6 +137,7 @@ fn bad_input_is_refused_and_a_draft_without_teeth_fails() {
         &["--driver", "bad.stl"][..],
         &["--follower", "missing.stl"],
         &["--printer", "200x200"],
+        &["--printer", "1x2xfoox3"],
         &["--tolerance", "-1"],
     ] {
         let output = check(folder.path(), arguments);

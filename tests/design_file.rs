@@ -234,7 +234,7 @@ fn all_problems_are_told_at_once_and_the_rest_counted() {
         "hub.mount_radius_mm: is -5",
         "hub.shaft_end_mm: is -5",
         "stations[0].n",
-        "and: 8 more problems",
+        "… and 8 more",
     ] {
         assert!(text.contains(part), "{text}");
     }

@@ -59,7 +59,7 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
     } else {
         Err(Error::Input {
             file: "command line".into(),
-            problems,
+            problems: problems.into(),
         })
     }
 }

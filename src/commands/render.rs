@@ -92,7 +92,8 @@ fn to_standard_output(files: &[File]) -> Result<u8> {
                     names.join(", ")
                 ),
                 hint: "choose one format that is one file (3mf, freecad), or one --part (openscad, stl)".into(),
-            }],
+            }]
+            .into(),
         });
     };
     match std::io::stdout().write_all(&file.bytes) {

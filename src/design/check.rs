@@ -1,13 +1,13 @@
 //! What a design that was read has to be like: ranges and counts.
 
-use super::problems::Problems;
 use super::{Design, Section, ToothPair, check_recipe};
-use crate::Problem;
+use crate::motion::unusable_name;
+use crate::{Problem, Problems};
 
 /// Largest coordinate or size anywhere, mm: the largest centre distance a hundred times.
 pub(super) const REACH: f64 = 50_000.0;
 
-/// Longest text for people (name of the design, description, problem).
+/// Longest text for people (description, problem).
 const TEXT: usize = 1000;
 
 /// Stations of a tooth, fewest and most; our own designs have 201.
@@ -17,17 +17,19 @@ const STATIONS: [usize; 2] = [5, 1001];
 pub(super) const UNIT: f64 = 1e-6;
 
 /// Everything that is wrong with `design`; empty when it can be worked with.
-pub(super) fn problems(design: &Design) -> Vec<Problem> {
+pub(super) fn problems(design: &Design) -> Problems {
     let mut found = Problems::default();
     found.extend(design.settings.problems(design.class));
-    text(&mut found, || "name".into(), &design.name);
+    if let Some((what, hint)) = unusable_name(&design.name) {
+        found.push(Problem::new("name", what, hint));
+    }
     text(&mut found, || "generator".into(), &design.generator);
     found.count(|| "problems".into(), design.problems.len(), 1000);
     teeth(&mut found, design);
     section(&mut found, &design.section);
     closure(&mut found, design);
     check_recipe::recipe(&mut found, &design.recipe, design.class);
-    found.all()
+    found
 }
 
 pub(super) fn text(found: &mut Problems, place: impl FnOnce() -> String, text: &str) {

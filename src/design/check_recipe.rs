@@ -3,11 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::check::{REACH, UNIT, text};
-use super::problems::Problems;
-use crate::Problem;
 use crate::motion::Class;
 use crate::solid::expression::Values;
 use crate::solid::recipe::{Body, Feature, Parameter, Recipe, Shape};
+use crate::{Problem, Problems};
 
 /// Longest name of a body, piece, feature or parameter.
 const NAME: usize = 64;

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::{Design, FORMAT, check};
 use crate::motion::Motion;
 use crate::solid::Solids;
-use crate::{Error, Problem, Result};
+use crate::{Error, Problem, Problems, Result};
 
 /// Larger files are refused before they are read.
 const MAX_BYTES: u64 = 200_000_000;
@@ -50,22 +50,22 @@ impl Stored {
     /// # Errors
     /// As [`Stored::read`].
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Stored> {
-        let refuse = |problems: Vec<Problem>| Error::input(file, problems);
+        let refuse = |problems: Problems| Error::input(file, problems);
         let broken = |what: String| {
             let hint = "give the design.json, or its folder, as `mpcgear design` wrote it";
-            refuse(vec![Problem::new("design.json", what, hint)])
+            refuse(Problem::new("design.json", what, hint).into())
         };
         let head: Head =
             serde_json::from_slice(bytes).map_err(|e| broken(format!("is no design: {e}")))?;
         if head.format != u64::from(FORMAT) {
             let hint = "use the version of mpcgear that wrote it, or design again";
             let what = format!("is {}, this version reads {FORMAT}", head.format);
-            return Err(refuse(vec![Problem::new("format", what, hint)]));
+            return Err(refuse(Problem::new("format", what, hint).into()));
         }
         let mut text = serde_json::Deserializer::from_slice(bytes);
         let design: Design = serde_path_to_error::deserialize(&mut text).map_err(|e| {
             let (place, what) = (e.path().to_string(), e.into_inner().to_string());
-            refuse(vec![Problem::new(place, what, "")])
+            refuse(Problem::new(place, what, "").into())
         })?;
         let problems = check::problems(&design);
         if !problems.is_empty() {

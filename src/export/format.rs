@@ -90,7 +90,7 @@ impl Format {
         } else {
             Err(Error::Input {
                 file: "command line".into(),
-                problems,
+                problems: Vec::into(problems),
             })
         }
     }
@@ -217,7 +217,8 @@ fn refused(place: &str, what: String, hint: String) -> Error {
             place: place.into(),
             what,
             hint,
-        }],
+        }]
+        .into(),
     }
 }
 

@@ -187,7 +187,7 @@ pub fn analyse(
     if !problems.is_empty() {
         return Err(Error::Input {
             file: "load".into(),
-            problems,
+            problems: problems.into(),
         });
     }
     let samples = sampling

@@ -62,6 +62,9 @@ impl Default for Load {
     }
 }
 
+/// Most rows of extra loads.
+const MAX_EXTRA: usize = 3600;
+
 impl Load {
     /// Largest Hertz pressure that the weaker of both materials bears, MPa.
     pub fn pressure_allowed(&self) -> f64 {
@@ -105,7 +108,13 @@ impl Load {
             "gravity",
             "must be a direction: three finite numbers, not all zero".into(),
         );
-        for (i, row) in self.extra.iter().enumerate() {
+        let rows = self.extra.len();
+        demand(
+            rows <= MAX_EXTRA,
+            "extra",
+            format!("has {rows} rows, allowed {MAX_EXTRA}"),
+        );
+        for (i, row) in self.extra.iter().enumerate().take(MAX_EXTRA) {
             let finite = row
                 .force_n
                 .iter()

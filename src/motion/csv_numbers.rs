@@ -1,18 +1,35 @@
 //! CSV files of plain numbers, with every problem named by line and column.
 
-use super::rows::cut;
-use crate::Problem;
+use crate::{Problem, Problems};
+
+/// Most rows of a file.
+const MAX_ROWS: usize = 100_000;
+
+/// Longest line, bytes.
+const MAX_LINE: usize = 10_000;
 
 /// Rows of as many numbers as there are `columns`. A first line with the column names is optional, lines that
 /// begin with `#` and empty lines are skipped.
-pub(super) fn parse(
-    text: &str,
-    name: &str,
-    columns: &[&str],
-) -> Result<Vec<Vec<f64>>, Vec<Problem>> {
+pub(super) fn parse(text: &str, name: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Problems> {
     let hint = format!("the columns are {}", columns.join(","));
     let hint = hint.as_str();
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if let Some((index, line)) = text
+        .split('\n')
+        .enumerate()
+        .find(|(_, line)| line.len() > MAX_LINE)
+    {
+        let what = format!(
+            "has {} characters, allowed {MAX_LINE}",
+            line.chars().count()
+        );
+        return Err(vec![Problem::new(
+            format!("{name} line {}", index + 1),
+            what,
+            hint,
+        )]
+        .into());
+    }
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -20,7 +37,7 @@ pub(super) fn parse(
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let mut rows = Vec::new();
-    let mut problems = Vec::new();
+    let mut problems = Problems::default();
     for (index, record) in reader.records().enumerate() {
         let record = match record {
             Ok(record) => record,
@@ -30,33 +47,40 @@ pub(super) fn parse(
             }
         };
         let line = record.position().map_or(0, csv::Position::line);
-        let place = format!("{name} line {line}");
+        if index > MAX_ROWS {
+            let what = format!("the file has more than {MAX_ROWS} rows");
+            problems.push(Problem::new(
+                name,
+                what,
+                "some hundred rows describe a motion well",
+            ));
+            break;
+        }
+        let place = || format!("{name} line {line}");
         let is_header = index == 0 && record.iter().all(|field| field.parse::<f64>().is_err());
         if is_header {
             if !record.iter().eq(columns.iter().copied()) {
                 let found = record.iter().collect::<Vec<_>>().join(",");
-                problems.push(Problem::new(
-                    place,
-                    format!("the columns are `{found}`"),
-                    hint,
-                ));
+                let what = format!("the columns are `{found}`");
+                problems.push(Problem::new(place(), what, hint));
             }
             continue;
         }
         if record.len() != columns.len() {
-            let what = format!("has {} values, {} are needed", record.len(), columns.len());
-            problems.push(Problem::new(place, what, hint));
+            problems.add(|| {
+                let what = format!("has {} values, {} are needed", record.len(), columns.len());
+                Problem::new(place(), what, hint)
+            });
             continue;
         }
         let mut row = Vec::with_capacity(columns.len());
         for (field, column) in record.iter().zip(columns) {
             match field.parse::<f64>() {
                 Ok(value) if value.is_finite() => row.push(value),
-                _ => problems.push(Problem::new(
-                    &place,
-                    format!("{column} is `{field}`, not a finite number"),
-                    "",
-                )),
+                _ => problems.add(|| {
+                    let what = format!("{column} is `{field}`, not a finite number");
+                    Problem::new(place(), what, "")
+                }),
             }
         }
         rows.push(row);
@@ -64,6 +88,6 @@ pub(super) fn parse(
     if problems.is_empty() {
         Ok(rows)
     } else {
-        Err(cut(problems))
+        Err(problems)
     }
 }

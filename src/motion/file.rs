@@ -10,10 +10,13 @@ use serde::de::IntoDeserializer;
 use super::document::{Document, nearest, unknown_fields};
 use super::{Class, Motion, MotionSource, source};
 use crate::settings::Settings;
-use crate::{Error, Problem, Result};
+use crate::{Error, Problem, Problems, Result};
 
-/// Larger files are refused before they are read.
-const MAX_BYTES: u64 = 50_000_000;
+/// Larger files of numbers are refused before they are read.
+pub(super) const MAX_BYTES: u64 = 50_000_000;
+
+/// Larger motion files are: TOML takes some hundred times its size in memory.
+const MAX_TOML_BYTES: u64 = 4_000_000;
 
 /// A motion file: what to do, and with which settings.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +47,7 @@ impl MotionFile {
     /// # Errors
     /// [`Error::Io`] if the file cannot be read, [`Error::Input`] if it is no good.
     pub fn read_draft(path: &Path) -> Result<(MotionFile, Result<Motion>)> {
-        let text = read_text(path)?;
+        let text = read_text(path, MAX_TOML_BYTES)?;
         let folder = path.parent().unwrap_or(Path::new("."));
         MotionFile::understand(&text, path, folder)
     }
@@ -64,7 +67,8 @@ impl MotionFile {
         let document =
             Document::parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
         let table = &document.table;
-        let mut problems = unknown_fields("", table, &TABLES);
+        let mut problems = Problems::default();
+        unknown_fields("", table, &TABLES, &mut problems);
         let name = name(table, path, &mut problems);
         let class = class(table, &mut problems);
         let settings = settings(table, &mut problems);
@@ -73,7 +77,7 @@ impl MotionFile {
         let motion = match (class, &source) {
             (Some(class), Some(source)) => match Motion::new(class, source) {
                 Err(Error::Input { problems: list, .. }) => {
-                    problems.extend(list);
+                    problems.append(list);
                     None
                 }
                 other => Some(other),
@@ -104,26 +108,26 @@ const TABLES: [&str; 10] = [
     "name", "class", "motion", "gear", "fit", "hub", "spokes", "support", "search", "load",
 ];
 
-/// Reads a text file of bounded size.
-pub(super) fn read_text(path: &Path) -> Result<String> {
+/// Reads a text file of at most `most` bytes.
+pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
     let file = File::open(path).map_err(Error::io(path))?;
     let size = file.metadata().map_err(Error::io(path))?.len();
     let refuse = |what: String, hint: &str| {
         let place = path.display().to_string();
         Err(Error::input(path, vec![Problem::new(place, what, hint)]))
     };
-    let limit = MAX_BYTES / 1_000_000;
+    let limit = most / 1_000_000;
     let smaller = "a pose table needs some hundred rows, not millions";
-    if size > MAX_BYTES {
+    if size > most {
         let what = format!("the file has {} MB, allowed {limit} MB", size / 1_000_000);
         return refuse(what, smaller);
     }
     let mut bytes = Vec::new();
     // Devices and pipes report no size.
-    file.take(MAX_BYTES + 1)
+    file.take(most + 1)
         .read_to_end(&mut bytes)
         .map_err(Error::io(path))?;
-    if bytes.len() as u64 > MAX_BYTES {
+    if bytes.len() as u64 > most {
         return refuse(format!("the file has more than {limit} MB"), smaller);
     }
     match String::from_utf8(bytes) {
@@ -138,7 +142,39 @@ pub(super) fn read_text(path: &Path) -> Result<String> {
     }
 }
 
-fn name(table: &toml::Table, path: &Path, problems: &mut Vec<Problem>) -> String {
+/// Longest name of a design, letters.
+const LONGEST_NAME: usize = 300;
+
+/// Why `name` cannot be the name of a design, and what to do about it.
+pub fn unusable_name(name: &str) -> Option<(String, &'static str)> {
+    let letters = name.chars().count();
+    if letters > LONGEST_NAME {
+        let hint = "the name is a title; longer texts can go into a comment";
+        return Some((
+            format!("has {letters} letters, allowed {LONGEST_NAME}"),
+            hint,
+        ));
+    }
+    // The characters of XML 1.0, which 3MF files and pages are made of, on one line.
+    let fits = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    let at = name.chars().position(|c| !fits(c))?;
+    let code = name.chars().nth(at).map_or(0, u32::from);
+    let what = format!(
+        "has U+{code:04X} at letter {}, allowed are U+0020 to U+FFFD and U+10000 on, without control characters",
+        at + 1
+    );
+    Some((what, "remove it: files of CAD programs cannot hold it"))
+}
+
+fn name(table: &toml::Table, path: &Path, problems: &mut Problems) -> String {
+    let name = given_name(table, path, problems);
+    if let Some((what, hint)) = unusable_name(&name) {
+        problems.push(Problem::new("name", what, hint));
+    }
+    name
+}
+
+fn given_name(table: &toml::Table, path: &Path, problems: &mut Problems) -> String {
     match table.get("name") {
         Some(toml::Value::String(name)) if !name.trim().is_empty() => name.clone(),
         Some(other) => {
@@ -153,7 +189,7 @@ fn name(table: &toml::Table, path: &Path, problems: &mut Vec<Problem>) -> String
     }
 }
 
-fn class(table: &toml::Table, problems: &mut Vec<Problem>) -> Option<Class> {
+fn class(table: &toml::Table, problems: &mut Problems) -> Option<Class> {
     let names = Class::ALL.map(|class| class.to_string());
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let allowed = format!("allowed \"{}\"", names.join("\", \""));
@@ -183,7 +219,7 @@ fn class(table: &toml::Table, problems: &mut Vec<Problem>) -> Option<Class> {
 
 /// The settings with defaults for what is missing or unusable; each field is tried on its own so
 /// that all problems show at once.
-fn settings(table: &toml::Table, problems: &mut Vec<Problem>) -> Settings {
+fn settings(table: &toml::Table, problems: &mut Problems) -> Settings {
     let Ok(defaults) = toml::Table::try_from(Settings::default()) else {
         return Settings::default();
     };
@@ -198,7 +234,7 @@ fn settings(table: &toml::Table, problems: &mut Vec<Problem>) -> Settings {
             continue;
         };
         let known: Vec<&str> = default.keys().map(String::as_str).collect();
-        problems.extend(unknown_fields(section, given, &known));
+        unknown_fields(section, given, &known, problems);
         for (key, value) in given {
             let Some(default) = default.get(key) else {
                 continue;

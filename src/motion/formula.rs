@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use num_dual::Dual2_64;
 use serde::{Deserialize, Serialize};
 
+use super::document::as_key;
 use super::expression::{Constants, Expression, builtin_constants, is_taken};
 use super::jet::{PoseJet, QuaternionJet, about_vector, about_z, compose, z_to};
-use crate::Problem;
+use crate::{Problem, Problems};
 
 /// Motion kind `formula`: M²(φ) = translation · rotation · own turn about z (applied first).
 ///
@@ -60,7 +61,7 @@ enum Wobble {
 
 impl Formula {
     /// Parses all expressions; all problems at once.
-    pub(super) fn shape(&self) -> Result<FormulaShape, Vec<Problem>> {
+    pub(super) fn shape(&self) -> Result<FormulaShape, Problems> {
         let vectors = [self.axis.as_ref(), self.rotation.as_ref()];
         let components = vectors.into_iter().flatten().chain([&self.translation]);
         let texts = components.flatten().chain(self.constants.values());
@@ -68,9 +69,9 @@ impl Formula {
         if total > MAX_TOTAL {
             let what = format!("its formulas have {total} characters, allowed {MAX_TOTAL}");
             let hint = "a table of poses describes such a motion better";
-            return Err(vec![Problem::new("motion", what, hint)]);
+            return Err(vec![Problem::new("motion", what, hint)].into());
         }
-        let mut problems = Vec::new();
+        let mut problems = Problems::default();
         let constants = self.constant_values(&mut problems);
         let mut parse = |place: String, text: &str| {
             Expression::parse(text, &constants).unwrap_or_else(|what| {
@@ -108,11 +109,11 @@ impl Formula {
     }
 
     /// Constants may use the built-in ones only, so their order does not matter.
-    fn constant_values(&self, problems: &mut Vec<Problem>) -> Constants {
+    fn constant_values(&self, problems: &mut Problems) -> Constants {
         let builtin = builtin_constants();
         let mut constants = builtin.clone();
         for (name, text) in &self.constants {
-            let place = format!("motion.constants.{name}");
+            let place = format!("motion.constants.{}", as_key(name));
             if is_taken(name) {
                 let what = format!("`{name}` has a meaning in formulas already");
                 problems.push(Problem::new(place, what, "choose another name"));

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::expression::{Expression, builtin_constants};
 use super::formula::FORMULA_HINT;
-use super::rows::{Row, RowShape, cut};
-use crate::{Error, Problem, Result};
+use super::rows::{Row, RowShape};
+use crate::{Error, Problem, Problems, Result};
 
 /// Fewest keyframes.
 const MIN_KEYFRAMES: usize = 3;
@@ -47,7 +47,7 @@ pub struct Keyframe {
 
 impl Keyframes {
     pub(super) fn shape(&self) -> Result<RowShape> {
-        let mut problems = Vec::new();
+        let mut problems = Problems::default();
         let own_turn = parse_own_turn(&self.own_turn, &mut problems);
         if self.keyframes.len() < MIN_KEYFRAMES {
             let what = format!(
@@ -65,7 +65,7 @@ impl Keyframes {
             }
         }
         if !problems.is_empty() {
-            return Err(Error::input("motion", cut(problems)));
+            return Err(Error::input("motion", problems));
         }
         RowShape::new(&rows, own_turn)
     }
@@ -98,7 +98,7 @@ impl Keyframe {
 }
 
 /// The own turn as an expression; zero, and a problem, if it is none.
-pub(super) fn parse_own_turn(text: &str, problems: &mut Vec<Problem>) -> Expression {
+pub(super) fn parse_own_turn(text: &str, problems: &mut Problems) -> Expression {
     Expression::parse(text, &builtin_constants()).unwrap_or_else(|what| {
         problems.push(Problem::new("motion.own_turn", what, FORMULA_HINT));
         Expression::Constant(0.0)

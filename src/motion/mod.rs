@@ -19,7 +19,7 @@ mod starter;
 mod table;
 
 pub use class::Class;
-pub use file::MotionFile;
+pub use file::{MotionFile, unusable_name};
 pub use formula::Formula;
 pub use keyframes::{Keyframe, Keyframes};
 pub use path::Path;

@@ -11,8 +11,8 @@ use super::csv_numbers;
 use super::expression::Expression;
 use super::jet::{about_z, compose, z_to};
 use super::keyframes::{minus_phi, parse_own_turn};
-use super::rows::{Row, RowShape, cut};
-use crate::{Error, Problem, Result};
+use super::rows::{Row, RowShape};
+use crate::{Error, Problem, Problems, Result};
 
 /// Fewest points of a path.
 const MIN_POINTS: usize = 6;
@@ -48,7 +48,7 @@ struct Passing {
 
 impl Path {
     pub(super) fn shape(&self, class: Class) -> Result<RowShape> {
-        let mut problems = Vec::new();
+        let mut problems = Problems::default();
         let own_turn = parse_own_turn(&self.own_turn, &mut problems);
         let passings = self.passings(&mut problems);
         if class == Class::R3T1 && self.radius_mm.is_none() {
@@ -68,10 +68,10 @@ impl Path {
             problems.push(Problem::new("motion.own_turn", what, "remove it"));
         }
         if problems.is_empty() {
-            problems.extend(self.off_surface(class, &passings));
+            problems.append(self.off_surface(class, &passings));
         }
         if !problems.is_empty() {
-            return Err(Error::input("motion", cut(problems)));
+            return Err(Error::input("motion", problems));
         }
         let middle = middle(passings.iter().map(|passing| passing.point.z));
         let rows: Vec<Row> = passings
@@ -82,7 +82,7 @@ impl Path {
     }
 
     /// Points with phases.
-    fn passings(&self, problems: &mut Vec<Problem>) -> Vec<Passing> {
+    fn passings(&self, problems: &mut Problems) -> Vec<Passing> {
         let count = self.points.len();
         if count < MIN_POINTS {
             let what = format!("has {count} points, at least {MIN_POINTS} are needed");
@@ -130,8 +130,8 @@ impl Path {
     }
 
     /// Points that the class's end-effector cannot reach.
-    fn off_surface(&self, class: Class, passings: &[Passing]) -> Vec<Problem> {
-        let mut problems = Vec::new();
+    fn off_surface(&self, class: Class, passings: &[Passing]) -> Problems {
+        let mut problems = Problems::default();
         if let (Class::R3T1, Some(radius)) = (class, self.radius_mm) {
             if !(radius > 0.0 && radius.is_finite()) {
                 let what = format!("is {radius}, allowed more than 0");
@@ -209,7 +209,7 @@ fn spinning(axis: Vector3<f64>, own: f64) -> UnitQuaternion<f64> {
 }
 
 /// Phases from the lengths of the chords, the closing one included.
-fn at_constant_speed(list: &mut [Passing], problems: &mut Vec<Problem>) {
+fn at_constant_speed(list: &mut [Passing], problems: &mut Problems) {
     let n = list.len();
     let chords: Vec<f64> = (0..n)
         .map(|i| (list[(i + 1) % n].point - list[i].point).norm())
@@ -236,10 +236,7 @@ fn middle(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Reads the text of a CSV file of points, with or without phases; `name` is what problems call it.
-pub(super) fn parse_points(
-    text: &str,
-    name: &str,
-) -> std::result::Result<Vec<Vec<f64>>, Vec<Problem>> {
+pub(super) fn parse_points(text: &str, name: &str) -> std::result::Result<Vec<Vec<f64>>, Problems> {
     let first = text
         .lines()
         .find(|line| !line.trim().is_empty() && !line.starts_with('#'));

@@ -8,7 +8,7 @@ use super::expression::Expression;
 use super::hub::{align_to, mean_direction, net_turn_error, unwrapped_turns};
 use super::jet::{PoseJet, about_z, compose};
 use super::spline::PeriodicSpline;
-use crate::{Error, Problem, Result};
+use crate::{Error, Problem, Problems, Result};
 
 /// Between two rows the follower may wobble by at most this much per rad of φ (rad/rad) …
 const JUMP_TURN_RATE: f64 = 4.0;
@@ -22,8 +22,6 @@ const JUMP_MOVE_RATE: f64 = 15.0;
 const JUMP_MOVE_MIN: f64 = 0.5;
 /// Closest two rows may be, rad; closer ones make the spline ill-conditioned.
 const MIN_STEP: f64 = 1e-6;
-/// Lists of problems end after this many.
-const MAX_PROBLEMS: usize = 20;
 
 /// One pose as given: where it stands in the input, phase (rad), position (mm), rotation.
 #[derive(Debug, Clone)]
@@ -77,10 +75,10 @@ pub(super) struct RowShape {
 impl RowShape {
     /// Interpolates one period of `rows`, the first of which must not be repeated at the end.
     pub(super) fn new(rows: &[Row], own_turn: Expression) -> Result<RowShape> {
-        let problem = |list| Error::input("motion", list);
-        let mut problems = order_problems(rows);
+        let problem = |list: Problems| Error::input("motion", list);
+        let problems = order_problems(rows);
         if !problems.is_empty() {
-            return Err(problem(cut(problems)));
+            return Err(problem(problems));
         }
         let weights = weights(rows);
         let axes = rows
@@ -95,9 +93,9 @@ impl RowShape {
                 row.rotation * align * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -own)
             })
             .collect();
-        problems.extend(jumps(rows, &wobble));
+        let problems = jumps(rows, &wobble);
         if !problems.is_empty() {
-            return Err(problem(cut(problems)));
+            return Err(problem(problems));
         }
         let turns = unwrapped_turns(wobble.iter().chain(wobble.first()));
         let own_turns = (own_turn.at(rows[0].phi + TAU).re - own_turn.at(rows[0].phi).re) / TAU;
@@ -119,11 +117,9 @@ impl RowShape {
             .collect();
         let knots: Vec<f64> = rows.iter().map(|row| row.phi).collect();
         let spline = PeriodicSpline::new(&knots, &values, TAU).ok_or_else(|| {
-            problem(vec![Problem::new(
-                "motion",
-                "the phases are too unevenly spaced to interpolate",
-                "spread the rows more evenly over the period",
-            )])
+            let what = "the phases are too unevenly spaced to interpolate";
+            let hint = "spread the rows more evenly over the period";
+            problem(vec![Problem::new("motion", what, hint)].into())
         })?;
         Ok(RowShape {
             own_turn,
@@ -163,19 +159,16 @@ fn weights(rows: &[Row]) -> Vec<f64> {
 }
 
 /// Rows that do not increase, or do not fit into one period.
-fn order_problems(rows: &[Row]) -> Vec<Problem> {
-    let mut problems = Vec::new();
+fn order_problems(rows: &[Row]) -> Problems {
+    let mut problems = Problems::default();
     for pair in rows.windows(2) {
         if pair[1].phi - pair[0].phi < MIN_STEP {
-            problems.push(Problem::new(
-                &pair[1].place,
-                format!(
-                    "phi_deg {:.6} does not increase after {:.6}",
-                    pair[1].phi.to_degrees(),
-                    pair[0].phi.to_degrees()
-                ),
-                "sort the rows by phi_deg and remove repeated ones",
-            ));
+            problems.add(|| {
+                let [before, after] = [pair[0].phi, pair[1].phi].map(f64::to_degrees);
+                let what = format!("phi_deg {after:.6} does not increase after {before:.6}");
+                let hint = "sort the rows by phi_deg and remove repeated ones";
+                Problem::new(&pair[1].place, what, hint)
+            });
         }
     }
     if let (Some(first), Some(last)) = (rows.first(), rows.last())
@@ -195,9 +188,9 @@ fn order_problems(rows: &[Row]) -> Vec<Problem> {
 }
 
 /// Neighbouring rows (the first follows the last) whose poses are too far apart.
-fn jumps(rows: &[Row], wobble: &[UnitQuaternion<f64>]) -> Vec<Problem> {
+fn jumps(rows: &[Row], wobble: &[UnitQuaternion<f64>]) -> Problems {
     let n = rows.len();
-    let mut problems = Vec::new();
+    let mut problems = Problems::default();
     for i in 0..n {
         let next = (i + 1) % n;
         let step = (rows[next].phi - rows[i].phi).rem_euclid(TAU);
@@ -224,16 +217,6 @@ fn jumps(rows: &[Row], wobble: &[UnitQuaternion<f64>]) -> Vec<Problem> {
         );
         let hint = "look for a wrong row; a fast transition needs rows in between";
         problems.push(Problem::new(place, what, hint));
-    }
-    problems
-}
-
-/// The first problems, and how many more there are.
-pub(super) fn cut(mut problems: Vec<Problem>) -> Vec<Problem> {
-    if problems.len() > MAX_PROBLEMS {
-        let more = problems.len() - MAX_PROBLEMS;
-        problems.truncate(MAX_PROBLEMS);
-        problems.push(Problem::new("…", format!("{more} more of this kind"), ""));
     }
     problems
 }

@@ -7,7 +7,7 @@ use serde::de::IntoDeserializer;
 
 use super::document::{nearest, unknown_fields};
 use super::{MotionSource, file, path, table};
-use crate::{Problem, Result};
+use crate::{Error, Problem, Problems, Result};
 
 /// The kinds of motion, with their fields.
 const KINDS: [(&str, &[&str]); 4] = [
@@ -37,7 +37,7 @@ const KEYFRAME: [&str; 4] = ["phi_deg", "position", "rotation_deg", "quaternion"
 pub(super) fn read(
     document: &toml::Table,
     folder: &Path,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) -> Result<Option<MotionSource>> {
     let before = problems.len();
     let Some(toml::Value::Table(given)) = document.get("motion") else {
@@ -54,12 +54,13 @@ pub(super) fn read(
     };
     let fields = KINDS.iter().find(|(name, _)| *name == kind);
     let fields = fields.map_or(&[][..], |(_, fields)| fields);
-    problems.extend(unknown_fields("motion", given, fields));
+    unknown_fields("motion", given, fields, problems);
     if let Some(toml::Value::Array(keyframes)) = given.get("keyframes") {
         for (i, keyframe) in keyframes.iter().enumerate() {
-            let path = format!("motion.keyframes[{}]", i + 1);
-            let keyframe = keyframe.as_table();
-            problems.extend(keyframe.map_or(Vec::new(), |k| unknown_fields(&path, k, &KEYFRAME)));
+            if let Some(keyframe) = keyframe.as_table() {
+                let path = format!("motion.keyframes[{}]", i + 1);
+                unknown_fields(&path, keyframe, &KEYFRAME, problems);
+            }
         }
     }
     let mut motion = given.clone();
@@ -74,7 +75,7 @@ pub(super) fn read(
                 let what = format!("has both `file` and `{field}`");
                 problems.push(Problem::new("motion", what, "keep one of them"));
             }
-            Err(list) => problems.extend(list),
+            Err(list) => problems.append(list),
         }
     }
     if problems.len() > before {
@@ -90,12 +91,12 @@ pub(super) fn read(
 }
 
 /// Rows of a pose table in a file of its own are called by that file's name.
-pub(super) fn name_rows(document: &toml::Table, problems: &mut [Problem]) {
+pub(super) fn name_rows(document: &toml::Table, problems: &mut Problems) {
     let motion = document.get("motion").and_then(toml::Value::as_table);
     let Some(name) = motion.and_then(|m| m.get("file")?.as_str()) else {
         return;
     };
-    for problem in problems {
+    for problem in problems.first_mut() {
         problem.place = problem
             .place
             .replace("motion row", &format!("{name} row"))
@@ -104,7 +105,7 @@ pub(super) fn name_rows(document: &toml::Table, problems: &mut [Problem]) {
 }
 
 /// The kind of motion.
-fn kind(given: &toml::Table, problems: &mut Vec<Problem>) -> Option<&'static str> {
+fn kind(given: &toml::Table, problems: &mut Problems) -> Option<&'static str> {
     let names = KINDS.map(|(name, _)| name);
     let allowed = format!("allowed \"{}\"", names.join("\", \""));
     let Some(value) = given.get("kind") else {
@@ -130,19 +131,35 @@ fn kind(given: &toml::Table, problems: &mut Vec<Problem>) -> Option<&'static str
 }
 
 /// Name of the field that the file stands for, and its content; or what is wrong in the file.
-type Inlined = std::result::Result<(&'static str, toml::Value), Vec<Problem>>;
+type Inlined = std::result::Result<(&'static str, toml::Value), Problems>;
 
 fn inline(kind: &str, name: &toml::Value, folder: &Path) -> Result<Inlined> {
     let Some(name) = name.as_str() else {
         let what = format!("is {name}, allowed is the path of a CSV file in quotes");
-        return Ok(Err(vec![Problem::new("motion.file", what, "")]));
+        return Ok(Err(vec![Problem::new("motion.file", what, "")].into()));
     };
-    let text = file::read_text(&folder.join(name))?;
+    let path = folder.join(name);
+    // To open a pipe is to wait for its writer.
+    let found = std::fs::metadata(&path).map_err(Error::io(&path))?;
+    if !found.is_file() {
+        let what = format!("`{name}` is a {}, not a file", kind_of(&found));
+        let hint = "give the path of a CSV file";
+        return Ok(Err(vec![Problem::new("motion.file", what, hint)].into()));
+    }
+    let text = file::read_text(&path, file::MAX_BYTES)?;
     Ok(match kind {
         "path" => path::parse_points(&text, name).map(|points| ("points", points)),
         _ => table::parse_rows(&text, name).map(|rows| ("rows", rows)),
     }
     .map(|(field, rows)| (field, numbers(&rows))))
+}
+
+/// What something that is no file is.
+fn kind_of(found: &std::fs::Metadata) -> &'static str {
+    match found.is_dir() {
+        true => "folder",
+        false => "pipe or device",
+    }
 }
 
 /// Rows of numbers as a TOML value.

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::csv_numbers;
 use super::expression::Expression;
-use super::rows::{Row, RowShape, cut};
-use crate::{Error, Problem, Result};
+use super::rows::{Row, RowShape};
+use crate::{Error, Problem, Problems, Result};
 
 /// Columns of a pose table.
 pub const COLUMNS: [&str; 8] = ["phi_deg", "x", "y", "z", "qw", "qx", "qy", "qz"];
@@ -30,8 +30,8 @@ pub struct Table {
 
 impl Table {
     pub(super) fn shape(&self) -> Result<RowShape> {
-        let fail = |problems| Err(Error::input("motion", cut(problems)));
-        let mut problems = Vec::new();
+        let fail = |problems| Err(Error::input("motion", problems));
+        let mut problems = Problems::default();
         if self.rows.len() < MIN_ROWS {
             problems.push(Problem::new(
                 "motion",
@@ -84,9 +84,6 @@ impl Table {
 }
 
 /// Reads the text of a pose table; `name` is what problems call the file.
-pub(super) fn parse_rows(
-    text: &str,
-    name: &str,
-) -> std::result::Result<Vec<Vec<f64>>, Vec<Problem>> {
+pub(super) fn parse_rows(text: &str, name: &str) -> std::result::Result<Vec<Vec<f64>>, Problems> {
     csv_numbers::parse(text, name, &COLUMNS)
 }

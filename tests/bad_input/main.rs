@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a failing unwrap is a failing test
 
+mod hostile;
 mod motions;
 
 use std::path::Path;
@@ -118,7 +119,7 @@ fn a_huge_file_is_refused_unread() {
     file.set_len(100_000_000).unwrap(); // sparse: takes no room
     let error = MotionFile::read(&path).unwrap_err();
     assert_eq!(error.exit_code(), 2);
-    contains(&error.to_string(), &["100 MB", "allowed 50 MB"]);
+    contains(&error.to_string(), &["100 MB", "allowed 4 MB"]);
     std::fs::rename(&path, folder.path().join("poses.csv")).unwrap();
     let text = with("1R", "kind = \"table\"\nfile = \"poses.csv\"", "");
     let error = MotionFile::parse(&text, Path::new("my.toml"), folder.path()).unwrap_err();
