@@ -458,6 +458,52 @@ fn mesh_defects_are_named() {
     assert_eq!(kinds(&pulled), vec![Defect::SelfIntersecting]);
 }
 
+/// What is no surface is told soon, however many triangles it has.
+#[test]
+fn heaps_of_triangles_are_no_surfaces() {
+    // A deterministic mess: corners all over a cube.
+    let mut state = 1u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 33) as f64 / (1u64 << 31) as f64
+    };
+    let count = 20_000;
+    let vertices: Vec<[f64; 3]> = (0..3 * count)
+        .map(|_| [random(), random(), random()])
+        .collect();
+    let triangles = (0..count as u32)
+        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+        .collect();
+    let soup = Mesh {
+        vertices,
+        triangles,
+    };
+    assert_eq!(kinds(&soup), vec![Defect::Loose]);
+    // The same corners, closed: two triangles, back to back, each.
+    let back = soup
+        .triangles
+        .iter()
+        .map(|t| [t[0], t[2], t[1]])
+        .collect::<Vec<_>>();
+    let closed = Mesh {
+        triangles: soup.triangles.iter().copied().chain(back).collect(),
+        ..soup.clone()
+    };
+    let found = mesh::problems("mess", &closed);
+    let crossings = found.iter().find(|p| p.defect == Defect::SelfIntersecting);
+    let crossings = crossings.expect("it crosses itself").count;
+    // All there are would be millions.
+    assert!((10_000..1_000_000).contains(&crossings), "{crossings}");
+    // A million times the same triangle.
+    let same = Mesh {
+        vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]; 100_000],
+    };
+    assert!(kinds(&same).contains(&Defect::Crowded));
+}
+
 #[test]
 fn a_stopped_proof_says_so() {
     let bodies = [

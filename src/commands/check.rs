@@ -25,6 +25,9 @@ const MISFIT: f64 = 4.0;
 /// that are smaller may be flat, or cross their neighbours, and nobody will ever see it.
 const FILE_PRECISION: f64 = 1e-4;
 
+/// Meshes of more triangles in all take minutes; our own designs have some two hundred thousand.
+const MANY_TRIANGLES: usize = 600_000;
+
 /// What is checked, and where it came from.
 struct Given {
     bodies: Vec<SolidBody>,
@@ -57,6 +60,12 @@ struct Answer<'a> {
 pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
     let (design, motion, file) = Stored::read(&args.design)?.with_motion()?;
     let given = given((&design, &motion), &file, &args.meshes)?;
+    let triangles: usize = given.bodies.iter().map(|b| b.mesh.triangles.len()).sum();
+    if triangles > MANY_TRIANGLES && !cli.quiet {
+        eprintln!(
+            "note: {triangles} triangles take long to check; meshes of a tenth of that show the same"
+        );
+    }
     let printer = Printer {
         volume_mm: args.printer,
         tolerance_mm: args.tolerance,

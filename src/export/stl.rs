@@ -6,13 +6,38 @@ use std::path::Path;
 use crate::solid::Mesh;
 use crate::{Error, Problem, Result};
 
+/// Larger files are refused before they are read: five million triangles.
+const MAX_BYTES: u64 = 250_000_000;
+
 /// Reads an STL file, ASCII or binary, mm; corners at the same place become one vertex.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be read, [`Error::Input`] when it is no STL file, breaks off, or has
 /// no triangles or coordinates that are no numbers.
 pub fn read(path: &Path) -> Result<Mesh> {
-    let mut bytes = std::fs::read(path).map_err(Error::io(path))?;
+    // To open a pipe is to wait for its writer.
+    let about = std::fs::metadata(path).map_err(Error::io(path))?;
+    let refuse = |what: &str, hint| Err(Error::input(path, Problem::new("STL", what, hint)));
+    if !about.is_file() {
+        return refuse("is not a regular file", "give the path of an STL file");
+    }
+    if about.len() > MAX_BYTES {
+        let what = format!(
+            "has {} MB, allowed {}",
+            about.len() / 1_000_000,
+            MAX_BYTES / 1_000_000
+        );
+        return refuse(&what, "export it with fewer triangles, or as binary STL");
+    }
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    parse(bytes, path)
+}
+
+/// Understands the bytes of the STL file `path`.
+///
+/// # Errors
+/// [`Error::Input`] as [`read`].
+pub fn parse(mut bytes: Vec<u8>, path: &Path) -> Result<Mesh> {
     let wrong = |what: String| {
         let hint = "export the part as STL, ASCII or binary, in mm";
         Error::input(path, vec![Problem::new("STL", what, hint)])

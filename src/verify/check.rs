@@ -209,7 +209,7 @@ pub fn examine(
             let why = match proof {
                 Some(proof) => {
                     claims.extend(apart::mesh_claims(proof));
-                    "a mesh is empty or unreadable"
+                    "a mesh is empty, unreadable or no surface"
                 }
                 None => "there is no driver or no follower",
             };

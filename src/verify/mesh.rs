@@ -20,6 +20,15 @@ const RESOLUTION: f64 = 1e-6;
 /// Triangles that share no corner and are nearer than this meet, mm. Undecided is a crossing.
 const CONTACT: f64 = 1e-9;
 
+/// Crossings are counted up to about this many: what crosses itself that often is no surface.
+const MANY_CROSSINGS: usize = 10_000;
+
+/// Pairs of neighbouring triangles that are looked at; a surface of a million has some ten million.
+const MANY_PAIRS: usize = 300_000_000;
+
+/// Triangles whose crossings are looked for at a time.
+const BATCH: usize = 64;
+
 /// One kind of defect of a mesh, how often it occurs, and where first.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeshProblem {
@@ -41,6 +50,8 @@ pub enum Defect {
     Empty,
     /// A coordinate is NaN or infinite, or a triangle names a vertex that does not exist.
     Unreadable,
+    /// More open edges than triangles: they bound nothing.
+    Loose,
     /// An edge with one triangle: a hole.
     Open,
     /// Neighbouring triangles that wind in opposite ways.
@@ -51,6 +62,8 @@ pub enum Defect {
     Degenerate,
     /// Triangles that cross or lie on each other.
     SelfIntersecting,
+    /// So many triangles in the same places that they cannot all be looked at.
+    Crowded,
     /// More than one connected surface.
     Disconnected,
     /// Volume not positive: inside out.
@@ -63,11 +76,13 @@ impl std::fmt::Display for MeshProblem {
         let what = match self.defect {
             Defect::Empty => "has no triangles",
             Defect::Unreadable => "has coordinates or indices that are not numbers of the mesh",
+            Defect::Loose => "is a heap of loose triangles, no surface (open edges)",
             Defect::Open => "has a hole (edges with one triangle)",
             Defect::Flipped => "has triangles turned the wrong way round",
             Defect::NonManifold => "has edges or vertices shared by several sheets",
             Defect::Degenerate => "has triangles without area",
             Defect::SelfIntersecting => "crosses itself",
+            Defect::Crowded => "has too many triangles in the same places to look for crossings",
             Defect::Disconnected => "is in more than one piece",
             Defect::InsideOut => "is inside out (volume not positive)",
         };
@@ -79,7 +94,18 @@ impl std::fmt::Display for MeshProblem {
     }
 }
 
-/// All defects of a mesh; empty when it bounds one solid.
+impl MeshProblem {
+    /// Whether the mesh bounds nothing of which more could be asked.
+    pub(super) fn is_no_surface(&self) -> bool {
+        match self.defect {
+            Defect::Empty | Defect::Unreadable | Defect::Loose | Defect::Crowded => true,
+            Defect::SelfIntersecting => self.count >= MANY_CROSSINGS,
+            _ => false,
+        }
+    }
+}
+
+/// All defects of a mesh, as far as it is a surface at all; empty when it bounds one solid.
 pub fn problems(body: &str, mesh: &Mesh) -> Vec<MeshProblem> {
     let mut found = Findings::default();
     if mesh.triangles.is_empty() {
@@ -89,6 +115,9 @@ pub fn problems(body: &str, mesh: &Mesh) -> Vec<MeshProblem> {
     } else {
         let (welded, _) = weld(mesh);
         edges(mesh, &welded, &mut found);
+        if found.loose(mesh.triangles.len()) {
+            return found.of(body);
+        }
         fans(mesh, &welded, &mut found);
         for &vertex in components(mesh).iter().skip(1) {
             found.add(Defect::Disconnected, mesh.vertex(vertex));
@@ -99,23 +128,12 @@ pub fn problems(body: &str, mesh: &Mesh) -> Vec<MeshProblem> {
                 found.add(Defect::Degenerate, triangle.corners[0]);
             }
         }
-        for at in crossings(mesh, &welded) {
-            found.add(Defect::SelfIntersecting, at);
-        }
+        crossings(mesh, &welded, &mut found);
         if mesh.volume() <= 0.0 {
             found.add(Defect::InsideOut, mesh.vertex(mesh.triangles[0][0]));
         }
     }
-    found
-        .0
-        .into_iter()
-        .map(|(defect, count, at)| MeshProblem {
-            body: body.into(),
-            defect,
-            count,
-            at: at.into(),
-        })
-        .collect()
+    found.of(body)
 }
 
 /// Whether all coordinates are finite and all indices exist: what every other test needs.
@@ -155,6 +173,26 @@ impl Findings {
             Some((_, count, _)) => *count += 1,
             None => self.0.push((defect, 1, at)),
         }
+    }
+
+    /// Turns holes in a mesh of so many triangles that is nothing but holes into a defect of its own.
+    fn loose(&mut self, triangles: usize) -> bool {
+        let open = |f: &&mut (Defect, usize, _)| f.0 == Defect::Open && f.1 > triangles;
+        let Some(holes) = self.0.iter_mut().find(open) else {
+            return false;
+        };
+        holes.0 = Defect::Loose;
+        true
+    }
+
+    fn of(self, body: &str) -> Vec<MeshProblem> {
+        let problem = |(defect, count, at): (Defect, usize, Vector3<f64>)| MeshProblem {
+            body: body.into(),
+            defect,
+            count,
+            at: at.into(),
+        };
+        self.0.into_iter().map(problem).collect()
     }
 }
 
@@ -249,22 +287,39 @@ fn fans(mesh: &Mesh, welded: &[u32], found: &mut Findings) {
     }
 }
 
-/// Places where two triangles cross, lie on each other, or fold back.
-fn crossings(mesh: &Mesh, welded: &[u32]) -> Vec<Vector3<f64>> {
+/// Places where two triangles cross, lie on each other, or fold back; batch by batch, until there are
+/// [`MANY_CROSSINGS`].
+fn crossings(mesh: &Mesh, welded: &[u32], found: &mut Findings) {
     let tree = Tree::new(mesh);
     let corner_ids = |k: usize| mesh.triangles[tree.source[k] as usize].map(|i| welded[i as usize]);
-    (0..tree.triangles.len())
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            let this = &tree.triangles[k];
-            let ids = corner_ids(k);
-            tree.near_boxes(this)
-                .into_iter()
-                .filter(|&l| l > k)
-                .filter_map(|l| cross(this, &tree.triangles[l], (ids, corner_ids(l))))
-                .collect::<Vec<_>>()
-        })
-        .collect()
+    let of = |k: usize| {
+        let this = &tree.triangles[k];
+        let ids = corner_ids(k);
+        let near = tree.near_boxes(this);
+        let count = near.len();
+        let met = near.into_iter().filter(|&l| l > k);
+        let met = met.filter_map(|l| cross(this, &tree.triangles[l], (ids, corner_ids(l))));
+        (count, met.take(MANY_CROSSINGS).collect::<Vec<_>>())
+    };
+    let (mut pairs, mut crossings) = (0, 0);
+    for first in (0..tree.triangles.len()).step_by(BATCH) {
+        let last = (first + BATCH).min(tree.triangles.len());
+        let batch: Vec<(usize, Vec<Vector3<f64>>)> =
+            (first..last).into_par_iter().map(of).collect();
+        for (near, places) in batch {
+            pairs += near;
+            crossings += places.len();
+            for at in places {
+                found.add(Defect::SelfIntersecting, at);
+            }
+        }
+        if pairs > MANY_PAIRS {
+            found.add(Defect::Crowded, tree.triangles[first].corners[0]);
+        }
+        if pairs > MANY_PAIRS || crossings >= MANY_CROSSINGS {
+            break;
+        }
+    }
 }
 
 /// Where two triangles of one surface meet beyond the corners they share; `ids` are their corners.

@@ -185,9 +185,7 @@ pub fn prove(
     for (i, body) in bodies.iter().enumerate() {
         step("meshes and walls", 0.3 * i as f64 / bodies.len() as f64)?;
         let problems = mesh::problems(&body.name, &body.mesh);
-        let unusable = problems
-            .iter()
-            .any(|p| matches!(p.defect, Defect::Empty | Defect::Unreadable));
+        let unusable = problems.iter().any(MeshProblem::is_no_surface);
         mesh_problems.extend(problems);
         if unusable {
             return Ok(Proof {
