@@ -3,6 +3,7 @@
 mod check;
 mod check_recipe;
 pub mod file;
+mod lines;
 
 pub use check_recipe::is_name;
 pub use file::Stored;
@@ -10,12 +11,12 @@ pub use file::Stored;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::motion::Class;
+use crate::motion::{Class, MotionFile, MotionState};
 use crate::settings::Settings;
 use crate::solid::recipe::Recipe;
 
-/// Version of the `design.json` format.
-pub const FORMAT: u32 = 1;
+/// Version of the `design.json` format that is written; 1 is read as well.
+pub const FORMAT: u32 = 2;
 
 /// A complete design; `design.json` is this, in mm and rad, frames of the README's "Frames".
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,12 +37,38 @@ pub struct Design {
     pub sub_gear_pairs: Vec<SubGearPair>,
     /// Cross sections of the teeth.
     pub section: Section,
-    /// Hubs, joints, support: parametric solids of every body. Empty until built.
+    /// Hubs, joints, support: parametric solids of every body. Empty in a draft without teeth.
     pub recipe: Recipe,
     /// Q over the period.
     pub closure: Vec<ClosureSample>,
     /// Why the design is not a working gear; empty when it is.
     pub problems: Vec<String>,
+}
+
+impl Design {
+    /// The stations of every tooth.
+    fn stations_mut(&mut self) -> impl Iterator<Item = &mut [Station]> {
+        let teeth = self.sub_gear_pairs.iter_mut().flat_map(|p| &mut p.teeth);
+        teeth.map(|tooth| &mut tooth.stations[..])
+    }
+
+    /// A design without teeth: what the motion file says of it.
+    pub fn draft(file: &MotionFile) -> Design {
+        let settings = file.settings.clone();
+        Design {
+            format: FORMAT,
+            generator: env!("CARGO_PKG_VERSION").into(),
+            name: file.name.clone(),
+            class: file.class,
+            motion: file.source.clone(),
+            sub_gear_pairs: Vec::new(),
+            section: Section::of(&settings),
+            settings,
+            recipe: Recipe::default(),
+            closure: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
 }
 
 /// One band: J tooth pairs that realise contact k over the whole period.
@@ -68,7 +95,8 @@ pub struct ToothPair {
     pub stations: Vec<Station>,
 }
 
-/// One contact station of a tooth pair.
+/// One contact station of a tooth pair. The file keeps what stands in Σ; what stands in the gears'
+/// frames follows from it and the motion ([`Station::new`]).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Station {
     /// Driver angle, rad.
@@ -77,17 +105,26 @@ pub struct Station {
     pub p: [f64; 3],
     /// Contact normal in Σ, unit, into the follower.
     pub n: [f64; 3],
+    /// dp/dφ, mm/rad.
+    #[serde(default = "unknown")]
+    pub v: [f64; 3],
     /// Contact point in the driver frame, mm.
+    #[serde(default, skip_serializing)]
     pub p1: [f64; 3],
     /// −(M¹)⁻¹ n: into the driver's material.
+    #[serde(default, skip_serializing)]
     pub n1: [f64; 3],
     /// Unit tangent of the driver's curve, driver frame.
+    #[serde(default, skip_serializing)]
     pub t1: [f64; 3],
     /// Contact point in the follower frame, mm.
+    #[serde(default, skip_serializing)]
     pub p2: [f64; 3],
     /// (M²)⁻¹ n: into the follower's material.
+    #[serde(default, skip_serializing)]
     pub n2: [f64; 3],
     /// Unit tangent of the follower's curve, follower frame.
+    #[serde(default, skip_serializing)]
     pub t2: [f64; 3],
 }
 
@@ -101,7 +138,62 @@ pub enum Gear {
     Follower,
 }
 
+/// A contact in Σ, before it is known where it lies on the gears.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Driver angle, rad.
+    pub phi: f64,
+    /// Contact point, mm.
+    pub p: Vector3<f64>,
+    /// Unit normal into the follower.
+    pub n: Vector3<f64>,
+    /// dp/dφ, mm/rad.
+    pub v: Vector3<f64>,
+}
+
+/// Decimals of p, n and v, so that a design is the same before it is written and after it is read:
+/// a thousandth of what the conjugation residual of 1e-10 mm/rad can see.
+const DECIMALS: [i32; 3] = [13, 13, 9];
+
 impl Station {
+    /// The station of a contact, when `driver` and `follower` are the gears' states at its φ:
+    /// pα = (Mα)⁻¹ p, n¹ = −(M¹)⁻¹ n, n² = (M²)⁻¹ n, tα along (Mα)⁻¹ (v − vα(p)).
+    pub fn new(contact: Contact, driver: &MotionState, follower: &MotionState) -> Station {
+        let Contact { phi, p, n, v } = contact;
+        let [p, n, v]: [Vector3<f64>; 3] = std::array::from_fn(|i| {
+            let scale = 10f64.powi(DECIMALS[i]);
+            [p, n, v][i].map(|x| (x * scale).round() / scale + 0.0)
+        });
+        let in_body = |state: &MotionState, into: f64| -> [[f64; 3]; 3] {
+            let rt = state.pose.rotation.transpose();
+            let t = (rt * (v - state.velocity(p))).normalize();
+            [state.pose.inverse_apply(p), rt * n * into, t].map(Into::into)
+        };
+        let ([p1, n1, t1], [p2, n2, t2]) = (in_body(driver, -1.0), in_body(follower, 1.0));
+        Station {
+            phi,
+            p: p.into(),
+            n: n.into(),
+            v: v.into(),
+            p1,
+            n1,
+            t1,
+            p2,
+            n2,
+            t2,
+        }
+    }
+
+    /// The contact in Σ.
+    pub fn contact(&self) -> Contact {
+        Contact {
+            phi: self.phi,
+            p: self.p.into(),
+            n: self.n.into(),
+            v: self.v.into(),
+        }
+    }
+
     /// Contact point, normal into the material and unit tangent in the frame of `gear`.
     pub fn frame(&self, gear: Gear) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
         match gear {
@@ -128,6 +220,20 @@ pub struct Section {
     pub rib: f64,
 }
 
+impl Section {
+    /// The section that `settings` ask for.
+    pub fn of(settings: &Settings) -> Section {
+        Section {
+            thickness: settings.gear.tooth_thickness_mm,
+            flank_radius: settings.gear.flank_radius_mm,
+            tip: settings.gear.tip_mm,
+            root: settings.gear.root_mm,
+            clearance: settings.fit.clearance_mm,
+            rib: settings.spokes.thickness_mm,
+        }
+    }
+}
+
 /// Q at one driver angle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ClosureSample {
@@ -142,6 +248,11 @@ pub struct ClosureSample {
     /// N·Q*/mean|n̄*|, quality in (−∞, 1].
     #[serde(deserialize_with = "number_or_none")]
     pub eta: f64,
+}
+
+/// A vector that the file does not give, as those of format 1.
+fn unknown() -> [f64; 3] {
+    [f64::NAN; 3]
 }
 
 /// JSON has no −∞: it stands there as `null`.

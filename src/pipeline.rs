@@ -60,15 +60,15 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
         }
         // After an interrupt the best choice is still built, but not proven.
         let stopped = tell("solids", 0.0).is_break();
-        let mut design = synthesis::design(file, motion, bands)?;
-        let solids = match Solids::build(&design, motion) {
-            Ok(solids) => solids,
+        let design = synthesis::design(file, motion, bands);
+        let built = design.and_then(|design| Ok((Solids::build(&design, motion)?, design)));
+        let (solids, design) = match built {
+            Ok(built) => built,
             Err(error) => {
                 failure = Some(error);
                 continue;
             }
         };
-        design.recipe = solids.recipe.clone();
         let mut outcome = Outcome {
             residual: synthesis::conjugation_residual(&design, motion),
             design,

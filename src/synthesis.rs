@@ -4,14 +4,12 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::closure::{Wrench, measure, wrench};
-use crate::contact::{Contact, Grid, PaperBand, Trace, spline, trace};
-use crate::design::{
-    ClosureSample, Design, FORMAT, Gear, Section, Station, SubGearPair, ToothPair,
-};
+use crate::contact::{Contact, Grid, Node, PaperBand, Trace, spline, trace};
+use crate::design::{self, ClosureSample, Design, Station, SubGearPair, ToothPair};
 use crate::motion::{Motion, MotionFile};
 use crate::settings::Settings;
-use crate::solid::recipe::Recipe;
-use crate::sub_gear::{BandLaw, in_body};
+use crate::solid::layout;
+use crate::sub_gear::BandLaw;
 use crate::{Error, Result};
 
 /// Integration steps a tooth: stations are this plus one. The curve is then known well enough that
@@ -47,10 +45,11 @@ fn trace_all(grid: &Grid, bands: &Bands) -> Result<Vec<(Vec<f64>, Vec<Trace>)>> 
     }
 }
 
-/// Builds the design of `bands`; the recipe stays empty until the solids are built.
+/// The design of `bands`, with its recipe.
 ///
 /// # Errors
-/// [`Error::Internal`] when a band cannot be traced (the search only hands over bands that can).
+/// [`Error::Internal`] when a band cannot be traced (the search only hands over bands that can);
+/// [`Error::Infeasible`] when the motion leaves no room for the joint.
 pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands) -> Result<Design> {
     let settings = &file.settings;
     let grid = Grid::new(motion, &settings.gear, STEPS);
@@ -67,30 +66,13 @@ pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands) -> Result<Desig
                 .collect(),
         })
         .collect();
-    Ok(Design {
-        format: FORMAT,
-        generator: env!("CARGO_PKG_VERSION").into(),
-        name: file.name.clone(),
-        class: file.class,
-        settings: settings.clone(),
-        motion: file.source.clone(),
+    let mut design = Design {
         sub_gear_pairs,
-        section: section(settings),
-        recipe: Recipe::default(),
         closure: closure(motion, settings, &grid, &traces),
-        problems: Vec::new(),
-    })
-}
-
-fn section(settings: &Settings) -> Section {
-    Section {
-        thickness: settings.gear.tooth_thickness_mm,
-        flank_radius: settings.gear.flank_radius_mm,
-        tip: settings.gear.tip_mm,
-        root: settings.gear.root_mm,
-        clearance: settings.fit.clearance_mm,
-        rib: settings.spokes.thickness_mm,
-    }
+        ..Design::draft(file)
+    };
+    design.recipe = layout::recipe(&design, motion)?;
+    Ok(design)
 }
 
 fn tooth_pair(grid: &Grid, j: usize, contacts: &[Contact]) -> ToothPair {
@@ -98,19 +80,17 @@ fn tooth_pair(grid: &Grid, j: usize, contacts: &[Contact]) -> ToothPair {
         .iter()
         .enumerate()
         .map(|(i, c)| {
-            let (p1, n1, t1) = in_body(grid, j, i, c, Gear::Driver);
-            let (p2, n2, t2) = in_body(grid, j, i, c, Gear::Follower);
-            Station {
+            // Nodes stand at the ends and middles of the integration steps.
+            let Node {
+                driver, follower, ..
+            } = &grid.teeth[j][2 * i];
+            let contact = design::Contact {
                 phi: c.phi,
-                p: c.p.into(),
-                n: c.n.into(),
-                p1: p1.into(),
-                n1: n1.into(),
-                t1: t1.normalize().into(),
-                p2: p2.into(),
-                n2: n2.into(),
-                t2: t2.normalize().into(),
-            }
+                p: c.p,
+                n: c.n,
+                v: c.t1 + driver.velocity(c.p),
+            };
+            Station::new(contact, driver, follower)
         })
         .collect();
     let locus: Vec<Vector3<f64>> = contacts.iter().map(|c| c.p).collect();

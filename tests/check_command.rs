@@ -36,7 +36,7 @@ fn folder() -> (tempfile::TempDir, Mesh) {
 }
 
 fn save(design: &Design, folder: &Path) {
-    let text = serde_json::to_string(design).expect("json");
+    let text = mpcgear::design::file::text(design).expect("json");
     std::fs::write(folder.join("design.json"), text).expect("written");
 }
 

@@ -5,18 +5,158 @@ mod known;
 use std::path::Path;
 
 use mpcgear::Error;
-use mpcgear::design::{Stored, is_name};
+use mpcgear::design::{Design, Station, Stored, file, is_name};
+use mpcgear::export::Source;
+use mpcgear::export::format::{self, Format};
 use mpcgear::motion::Class;
 use mpcgear::solid::Solids;
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
-/// A sound design with its recipe, as it stands in the file.
-fn sound() -> Value {
+/// A sound design with its recipe.
+fn revolute() -> Design {
     let mut design = known::revolute();
     design.recipe = Solids::build(&design, &known::motion(Class::R1))
         .expect("builds")
         .recipe;
-    serde_json::to_value(&design).expect("json")
+    design
+}
+
+/// The same as it stands in the file.
+fn sound() -> Value {
+    let text = file::text(&revolute()).expect("text");
+    serde_json::from_str(&text).expect("json")
+}
+
+/// `design` as the first format had it: every station in all three frames, no velocities.
+fn first_format(design: &Design) -> Value {
+    let mut value = serde_json::to_value(design).expect("json");
+    value["format"] = json!(1);
+    for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
+        for (j, tooth) in pair.teeth.iter().enumerate() {
+            let rows = tooth.stations.iter().map(|s| {
+                json!({"phi": s.phi, "p": s.p, "n": s.n, "p1": s.p1, "n1": s.n1, "t1": s.t1,
+                    "p2": s.p2, "n2": s.n2, "t2": s.t2})
+            });
+            value["sub_gear_pairs"][k]["teeth"][j]["stations"] = rows.collect();
+        }
+    }
+    value
+}
+
+#[test]
+fn a_design_is_the_same_after_it_was_written_and_read() {
+    let mut design = revolute();
+    design.closure[3].q = f64::NEG_INFINITY;
+    let text = file::text(&design).expect("text");
+    let read = Stored::parse(text.as_bytes(), Path::new("design.json")).expect("reads");
+    assert_eq!(read.design, design);
+}
+
+/// What README.md tells other programs: the gears' frames from p, n, v and `poses` alone.
+#[test]
+fn other_programs_find_the_gears_frames_in_the_file() {
+    let design = known::spherical();
+    let text = file::text(&design).expect("text");
+    let json: Value = serde_json::from_str(&text).expect("json");
+    let numbers = |value: &Value| -> Vec<f64> {
+        let list = value.as_array().expect("a list").iter();
+        list.map(|x| x.as_f64().expect("a number")).collect()
+    };
+    let axis = Vector3::new(-known::L, 0.0, 0.0);
+    for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
+        for (j, tooth) in pair.teeth.iter().enumerate() {
+            for (i, s) in tooth.stations.iter().enumerate() {
+                let kept = &json["sub_gear_pairs"][k]["teeth"][j]["stations"][i];
+                let [p, n, v] = ["p", "n", "v"].map(|name| Vector3::from_vec(numbers(&kept[name])));
+                let pose = numbers(&json["poses"][j][i]);
+                assert_eq!((kept["phi"].as_f64(), pose[0]), (Some(s.phi), s.phi));
+                let driver = Rotation3::from_axis_angle(&Vector3::z_axis(), s.phi).inverse();
+                let follower = Quaternion::new(pose[7], pose[4], pose[5], pose[6]);
+                let follower = UnitQuaternion::from_quaternion(follower).inverse();
+                let slide = v - Vector3::z().cross(&(p - axis));
+                let c = Vector3::from_column_slice(&pose[1..4]);
+                for (found, is) in [
+                    (driver * (p - axis) + axis, s.p1),
+                    (-(driver * n), s.n1),
+                    ((driver * slide).normalize(), s.t1),
+                    (follower * (p - c), s.p2),
+                    (follower * n, s.n2),
+                ] {
+                    assert!((found - Vector3::from(is)).norm() < 1e-10, "{found} {is:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn curves_have_every_station_in_all_frames() {
+    let design = revolute();
+    let motion = known::motion(Class::R1);
+    let solids = Solids::build(&design, &motion).expect("builds");
+    let source = Source {
+        design: &design,
+        motion: &motion,
+        solids: Some(&solids),
+    };
+    let files = format::render(&source, Format::Curves, None).expect("csv");
+    let rows: Vec<Vec<f64>> = csv::Reader::from_reader(files[0].bytes.as_slice())
+        .deserialize()
+        .map(|row| row.expect("a row of numbers"))
+        .collect();
+    assert_eq!(rows.len(), 2 * 10 * 25);
+    let (row, s) = (&rows[260], &design.sub_gear_pairs[1].teeth[0].stations[10]);
+    assert_eq!((row[0], row[1]), (2.0, 1.0));
+    let vectors = [s.p, s.n, s.p1, s.n1, s.t1, s.p2, s.n2, s.t2];
+    for (found, is) in row[3..].iter().zip(vectors.iter().flatten()) {
+        assert!((found - is).abs() < 1e-12, "{found} {is}");
+    }
+}
+
+#[test]
+fn the_first_format_is_still_read() {
+    let design = revolute();
+    let text = first_format(&design).to_string();
+    let read = Stored::parse(text.as_bytes(), Path::new("design.json")).expect("reads");
+    let stations = |d: &Design| -> Vec<Station> {
+        let teeth = d.sub_gear_pairs.iter().flat_map(|pair| &pair.teeth);
+        teeth.flat_map(|t| t.stations.clone()).collect()
+    };
+    for (old, new) in stations(&read.design).iter().zip(stations(&design)) {
+        assert_eq!(Station { v: new.v, ..*old }, new);
+        for (a, b) in old.v.iter().zip(new.v) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+    }
+    assert_eq!(read.design.recipe, design.recipe);
+    let again = file::text(&read.design).expect("text");
+    assert!(Stored::parse(again.as_bytes(), Path::new("design.json")).is_ok());
+}
+
+#[test]
+fn a_station_needs_its_speed_and_format_1_its_places_on_the_gears() {
+    let stations = "/sub_gear_pairs/0/teeth/2/stations/3";
+    let mut second = sound();
+    second
+        .pointer_mut(stations)
+        .and_then(Value::as_object_mut)
+        .expect("a station")
+        .remove("v");
+    assert!(refusal(second.to_string().as_bytes()).contains("teeth[2].stations[3].v"));
+    let mut first = first_format(&revolute());
+    first
+        .pointer_mut(stations)
+        .and_then(Value::as_object_mut)
+        .expect("a station")
+        .remove("t2");
+    assert!(refusal(first.to_string().as_bytes()).contains("teeth[2].stations[3].t2"));
+    // The driver's own speed: the contact does not move over the driver.
+    let mut still = sound();
+    let place = still.pointer_mut(stations).expect("a station");
+    let [x, y] = [0, 1].map(|i| place["p"][i].as_f64().expect("a number"));
+    place["v"] = json!([-y, x + known::L, 0.0]);
+    assert!(refusal(still.to_string().as_bytes()).contains("stands still"));
 }
 
 /// All problems of the design as one text; panics when it is accepted.

@@ -5,7 +5,7 @@ mod synthetic;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use mpcgear::design::Design;
+use mpcgear::design::{Design, file};
 use mpcgear::export::freecad::{self, Built, Headless};
 use mpcgear::motion::Class;
 use mpcgear::solid::Solids;
@@ -144,7 +144,7 @@ fn script_succeeds(name: &str, class: Class, teeth: usize) {
     let (design, _) = built(class, teeth);
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("design.json");
-    std::fs::write(&path, serde_json::to_string(&design).expect("json")).expect("written");
+    std::fs::write(&path, file::text(&design).expect("json")).expect("written");
     let output = Command::new("freecadcmd")
         .arg(script(name))
         .env(

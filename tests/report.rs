@@ -303,7 +303,7 @@ fn saved(designs: &[Design]) -> tempfile::TempDir {
         std::fs::create_dir(&out).unwrap();
         std::fs::write(
             out.join("design.json"),
-            serde_json::to_string(design).unwrap(),
+            mpcgear::design::file::text(design).unwrap(),
         )
         .unwrap();
         std::fs::write(

@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use mpcgear::design::{Design, FORMAT, Section};
+use mpcgear::design::{Design, file};
 use mpcgear::export::tables::{self, Summary};
 use mpcgear::export::{self, Source, folder};
 use mpcgear::motion::{Motion, MotionFile};
 use mpcgear::pipeline::{self, Outcome};
 use mpcgear::search::StopReason;
 use mpcgear::settings::Method;
-use mpcgear::solid::recipe::Recipe;
 use mpcgear::{Error, Result};
 
 use super::{json, print_out, say};
@@ -118,7 +117,7 @@ fn give_up(
         hint,
     } = &error
     {
-        let mut draft = draft(file);
+        let mut draft = Design::draft(file);
         draft.problems = vec![format!("{reason} ({place}); {hint}")];
         let mut summary = Summary::of(&draft);
         summary.wall_seconds = watch.seconds();
@@ -132,7 +131,7 @@ fn give_up(
                 &summary,
             )?,
             None => vec![
-                export::File::new("design.json", tables::design_json(&draft)?),
+                export::File::new("design.json", file::text(&draft)?),
                 export::File::new("summary.json", tables::summary_json(&summary)?),
             ],
         };
@@ -197,29 +196,4 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
     }
     text += &format!("written: {}", written.display());
     say(cli, &text).map(|_| ())
-}
-
-/// A design without teeth, for the folder of a motion that cannot be made.
-fn draft(file: &MotionFile) -> Design {
-    let gear = &file.settings.gear;
-    Design {
-        format: FORMAT,
-        generator: env!("CARGO_PKG_VERSION").into(),
-        name: file.name.clone(),
-        class: file.class,
-        settings: file.settings.clone(),
-        motion: file.source.clone(),
-        sub_gear_pairs: Vec::new(),
-        section: Section {
-            thickness: gear.tooth_thickness_mm,
-            flank_radius: gear.flank_radius_mm,
-            tip: gear.tip_mm,
-            root: gear.root_mm,
-            clearance: file.settings.fit.clearance_mm,
-            rib: file.settings.spokes.thickness_mm,
-        },
-        recipe: Recipe::default(),
-        closure: Vec::new(),
-        problems: Vec::new(),
-    }
 }

@@ -1,6 +1,6 @@
 //! What a design that was read has to be like: ranges and counts.
 
-use super::{Design, Section, ToothPair, check_recipe};
+use super::{Design, Section, Station, ToothPair, check_recipe};
 use crate::motion::unusable_name;
 use crate::{Problem, Problems};
 
@@ -14,10 +14,11 @@ const TEXT: usize = 1000;
 const STATIONS: [usize; 2] = [5, 1001];
 
 /// How far the length of a unit vector may be from 1.
-pub(super) const UNIT: f64 = 1e-6;
+const UNIT: f64 = 1e-6;
 
-/// Everything that is wrong with `design`; empty when it can be worked with.
-pub(super) fn problems(design: &Design) -> Problems {
+/// Everything that is wrong with `design`; empty when it can be worked with. In the `first` format
+/// the stations say where they are on the gears.
+pub(super) fn problems(design: &Design, first: bool) -> Problems {
     let mut found = Problems::default();
     found.extend(design.settings.problems(design.class));
     if let Some((what, hint)) = unusable_name(&design.name) {
@@ -25,7 +26,7 @@ pub(super) fn problems(design: &Design) -> Problems {
     }
     text(&mut found, || "generator".into(), &design.generator);
     found.count(|| "problems".into(), design.problems.len(), 1000);
-    teeth(&mut found, design);
+    teeth(&mut found, design, first);
     section(&mut found, &design.section);
     closure(&mut found, design);
     check_recipe::recipe(&mut found, &design.recipe, design.class);
@@ -39,7 +40,7 @@ pub(super) fn text(found: &mut Problems, place: impl FnOnce() -> String, text: &
     }
 }
 
-fn teeth(found: &mut Problems, design: &Design) {
+fn teeth(found: &mut Problems, design: &Design, first: bool) {
     let pairs = &design.sub_gear_pairs;
     found.count(|| "sub_gear_pairs".into(), pairs.len(), 12);
     let wanted = design.settings.gear.teeth;
@@ -53,7 +54,17 @@ fn teeth(found: &mut Problems, design: &Design) {
         let place = || format!("sub_gear_pairs[{k}].parameters");
         found.count(place, pair.parameters.len(), 1000);
         for (j, tooth) in pair.teeth.iter().enumerate() {
-            tooth_pair(found, &|| format!("sub_gear_pairs[{k}].teeth[{j}]"), tooth);
+            let place = || format!("sub_gear_pairs[{k}].teeth[{j}]");
+            tooth_pair(found, &place, tooth);
+            for (i, station) in tooth.stations.iter().enumerate() {
+                let place = || format!("{}.stations[{i}]", place());
+                self::station(found, &place, station);
+                if first {
+                    on_gears(found, &place, station);
+                } else {
+                    point(found, || place() + ".v", station.v);
+                }
+            }
         }
     }
 }
@@ -74,31 +85,56 @@ fn tooth_pair(found: &mut Problems, place: &dyn Fn() -> String, tooth: &ToothPai
     for &x in numbers.chain([&tooth.fit_error, &tooth.phi_start, &tooth.phi_end]) {
         found.range(place, x, [-REACH, REACH]);
     }
-    for (i, s) in tooth.stations.iter().enumerate() {
-        let place = || format!("{}.stations[{i}]", place());
-        found.range(|| place() + ".phi", s.phi, [-100.0, 100.0]);
-        for &x in [s.p, s.p1, s.p2].iter().flatten() {
-            found.range(place, x, [-REACH, REACH]);
-        }
-        for (name, v) in [
-            ("n", s.n),
-            ("n1", s.n1),
-            ("t1", s.t1),
-            ("n2", s.n2),
-            ("t2", s.t2),
-        ] {
-            let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            found.range(
-                || format!("length of {}.{name}", place()),
-                length,
-                [1.0 - UNIT, 1.0 + UNIT],
-            );
-        }
-    }
-    let increasing = |w: &[super::Station]| w[0].phi < w[1].phi;
+    let increasing = |w: &[Station]| w[0].phi < w[1].phi;
     if !tooth.stations.windows(2).all(increasing) {
         found.add(|| Problem::new(place() + ".stations", "have phi that do not increase", ""));
     }
+}
+
+/// Contacts that stand still on a gear: no tooth can be swept there.
+pub(super) fn tangents(design: &Design) -> Problems {
+    let mut found = Problems::default();
+    for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
+        for (j, tooth) in pair.teeth.iter().enumerate() {
+            for (i, s) in tooth.stations.iter().enumerate() {
+                if !s.t1.iter().chain(&s.t2).all(|x| x.is_finite()) {
+                    let place = format!("sub_gear_pairs[{k}].teeth[{j}].stations[{i}].v");
+                    let what = "is the speed of a gear there: the contact stands still on it";
+                    found.add(|| Problem::new(place, what, ""));
+                }
+            }
+        }
+    }
+    found
+}
+
+fn station(found: &mut Problems, place: &dyn Fn() -> String, s: &Station) {
+    found.range(|| place() + ".phi", s.phi, [-100.0, 100.0]);
+    point(found, || place() + ".p", s.p);
+    unit(found, || place() + ".n", s.n);
+}
+
+fn on_gears(found: &mut Problems, place: &dyn Fn() -> String, s: &Station) {
+    for (name, p) in [("p1", s.p1), ("p2", s.p2)] {
+        point(found, || format!("{}.{name}", place()), p);
+    }
+    for (name, v) in [("n1", s.n1), ("t1", s.t1), ("n2", s.n2), ("t2", s.t2)] {
+        unit(found, || format!("{}.{name}", place()), v);
+    }
+}
+
+/// Coordinates, or a speed, within reach.
+fn point(found: &mut Problems, place: impl FnOnce() -> String, p: [f64; 3]) {
+    if let Some(x) = p.into_iter().find(|x| !(x.abs() <= REACH)) {
+        found.range(place, x, [-REACH, REACH]);
+    }
+}
+
+/// A vector of length 1.
+pub(super) fn unit(found: &mut Problems, place: impl FnOnce() -> String, v: [f64; 3]) {
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let allowed = [1.0 - UNIT, 1.0 + UNIT];
+    found.range(|| format!("length of {}", place()), length, allowed);
 }
 
 fn section(found: &mut Problems, section: &Section) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::check::{REACH, UNIT, text};
+use super::check::{REACH, text, unit};
 use crate::motion::Class;
 use crate::solid::expression::Values;
 use crate::solid::recipe::{Body, Feature, Parameter, Recipe, Shape};
@@ -119,18 +119,9 @@ fn body(found: &mut Problems, place: &dyn Fn() -> String, (body, values): (&Body
     }
     for (i, piece) in body.pieces.iter().enumerate() {
         let place = || format!("{}.pieces[{i}]", place());
-        direction(found, || place() + ".up", piece.up);
+        unit(found, || place() + ".up", piece.up);
         features(found, &place, (&piece.features, values));
     }
-}
-
-fn direction(found: &mut Problems, place: impl Fn() -> String, axis: [f64; 3]) {
-    let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
-    found.range(
-        || format!("length of {}", place()),
-        length,
-        [1.0 - UNIT, 1.0 + UNIT],
-    );
 }
 
 fn features(
@@ -211,7 +202,7 @@ fn shape(found: &mut Problems, place: &dyn Fn() -> String, (shape, values): (&Sh
         }
     }
     if let Some(axis) = axis {
-        direction(found, || place() + ".axis", *axis);
+        unit(found, || place() + ".axis", *axis);
     }
     let [fewest, most] = SIDES;
     if let Some(sides) = sides

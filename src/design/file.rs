@@ -1,13 +1,15 @@
-//! `design.json`: the one reader that every command uses.
+//! `design.json`: the one reader that every command uses, and the writer.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
-use super::{Design, FORMAT, check};
-use crate::motion::Motion;
+use super::lines::Lines;
+use super::{Design, FORMAT, Station, check};
+use crate::motion::{Motion, MotionState};
 use crate::solid::Solids;
 use crate::{Error, Problem, Problems, Result};
 
@@ -57,17 +59,18 @@ impl Stored {
         };
         let head: Head =
             serde_json::from_slice(bytes).map_err(|e| broken(format!("is no design: {e}")))?;
-        if head.format != u64::from(FORMAT) {
+        if !(1..=u64::from(FORMAT)).contains(&head.format) {
             let hint = "use the version of mpcgear that wrote it, or design again";
-            let what = format!("is {}, this version reads {FORMAT}", head.format);
+            let what = format!("is {}, this version reads 1 to {FORMAT}", head.format);
             return Err(refuse(Problem::new("format", what, hint).into()));
         }
         let mut text = serde_json::Deserializer::from_slice(bytes);
-        let design: Design = serde_path_to_error::deserialize(&mut text).map_err(|e| {
+        let mut design: Design = serde_path_to_error::deserialize(&mut text).map_err(|e| {
             let (place, what) = (e.path().to_string(), e.into_inner().to_string());
             refuse(Problem::new(place, what, "").into())
         })?;
-        let problems = check::problems(&design);
+        let first = head.format == 1;
+        let problems = check::problems(&design, first);
         if !problems.is_empty() {
             return Err(refuse(problems));
         }
@@ -75,6 +78,19 @@ impl Stored {
             Err(Error::Input { problems, .. }) => return Err(refuse(problems)),
             other => other,
         };
+        if first {
+            design.format = FORMAT;
+            design.stations_mut().for_each(add_velocities);
+        } else if let Ok(motion) = &motion {
+            let distance = design.settings.gear.center_distance_mm;
+            for stations in design.stations_mut() {
+                place_on_gears(stations, distance, motion);
+            }
+            let problems = check::tangents(&design);
+            if !problems.is_empty() {
+                return Err(refuse(problems));
+            }
+        }
         Ok(Stored {
             file: file.into(),
             design,
@@ -103,6 +119,90 @@ pub fn solids(design: &Design, motion: &Motion, file: &Path) -> Result<Solids> {
         }
         other => other,
     })
+}
+
+/// What stands in the gears' frames, from what stands in Σ.
+fn place_on_gears(stations: &mut [Station], center_distance: f64, motion: &Motion) {
+    for s in stations {
+        let driver = MotionState::driver(center_distance, s.phi);
+        *s = Station::new(s.contact(), &driver, &motion.state(s.phi));
+    }
+}
+
+/// Format 1 has no velocities: the derivative of the polynomial through the seven nearest stations.
+fn add_velocities(stations: &mut [Station]) {
+    const WINDOW: usize = 7;
+    let count = stations.len();
+    let v: Vec<Vector3<f64>> = (0..count)
+        .map(|i| {
+            let first = i.saturating_sub(WINDOW / 2);
+            let first = first.min(count.saturating_sub(WINDOW));
+            let near = &stations[first..count.min(first + WINDOW)];
+            derivative(near, i - first)
+        })
+        .collect();
+    for (station, v) in stations.iter_mut().zip(v) {
+        station.v = v.into();
+    }
+}
+
+/// dp/dφ at station `i` of the polynomial through all `stations` (barycentric form).
+fn derivative(stations: &[Station], i: usize) -> Vector3<f64> {
+    let x = |k: usize| stations[k].phi;
+    let others = |k: usize| (0..stations.len()).filter(move |&m| m != k);
+    let weight = |k: usize| others(k).map(|m| x(k) - x(m)).product::<f64>().recip();
+    let p = |k: usize| Vector3::from(stations[k].p);
+    others(i)
+        .map(|k| (p(k) - p(i)) * (weight(k) / weight(i) / (x(i) - x(k))))
+        .sum()
+}
+
+/// A design as it is written.
+#[derive(Serialize)]
+struct Written<'a> {
+    #[serde(flatten)]
+    design: &'a Design,
+    /// For programs that do not evaluate the motion: of every tooth j, at the φ of its stations, rows
+    /// of φ, the follower's position and quaternion (x, y, z, w). The reader does not need them.
+    poses: Vec<Vec<[f64; 8]>>,
+}
+
+/// Decimals of the poses, far below what a tooth can show.
+const POSE_DECIMALS: i32 = 12;
+
+/// The text of `design.json`.
+///
+/// # Errors
+/// Those of the design's motion; [`Error::Internal`] when the encoder fails.
+pub fn text(design: &Design) -> Result<String> {
+    let pose = |motion: &Motion, phi: f64| {
+        let pose = motion.state(phi).pose;
+        let turn = Rotation3::from_matrix_unchecked(pose.rotation);
+        let q = UnitQuaternion::from_rotation_matrix(&turn);
+        let t = pose.translation;
+        let scale = 10f64.powi(POSE_DECIMALS);
+        let round = |x: f64| (x * scale).round() / scale + 0.0;
+        let [x, y, z, i, j, k, w] = [t.x, t.y, t.z, q.i, q.j, q.k, q.w].map(round);
+        [phi, x, y, z, i, j, k, w]
+    };
+    let poses = match design.sub_gear_pairs.first() {
+        None => Vec::new(),
+        Some(pair) => {
+            let motion = Motion::new(design.class, &design.motion)?;
+            let rows = |stations: &[Station]| {
+                let phis = stations.iter().map(|s| s.phi);
+                phis.map(|phi| pose(&motion, phi)).collect()
+            };
+            pair.teeth.iter().map(|t| rows(&t.stations)).collect()
+        }
+    };
+    let mut bytes = Vec::new();
+    let mut to = serde_json::Serializer::with_formatter(&mut bytes, Lines::default());
+    Written { design, poses }
+        .serialize(&mut to)
+        .map_err(|e| Error::Internal(format!("design.json: {e}")))?;
+    bytes.push(b'\n');
+    String::from_utf8(bytes).map_err(|e| Error::Internal(format!("design.json: {e}")))
 }
 
 /// The bytes of a regular file of bounded size.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{File, Source, card, freecad, openscad, scad_sets, stl, svg, threemf};
+use super::{File, Source, card, freecad, openscad, scad_sets, stations, stl, svg, threemf};
 use crate::design::Design;
 use crate::solid::Solids;
 use crate::{Error, Problem, Result};
@@ -24,11 +24,13 @@ pub enum Format {
     Svg,
     /// A page with picture and figures.
     Card,
+    /// The contact stations in all frames.
+    Curves,
 }
 
 impl Format {
     /// All formats, in the order of the list.
-    pub const ALL: [Format; 7] = [
+    pub const ALL: [Format; 8] = [
         Format::OpenScad,
         Format::FreeCad,
         Format::Stl,
@@ -36,6 +38,7 @@ impl Format {
         Format::Step,
         Format::Svg,
         Format::Card,
+        Format::Curves,
     ];
 
     /// Name on the command line.
@@ -48,6 +51,7 @@ impl Format {
             Format::Step => "step",
             Format::Svg => "svg",
             Format::Card => "card",
+            Format::Curves => "curves",
         }
     }
 
@@ -65,6 +69,7 @@ impl Format {
             }
             Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
             Format::Card => "picture, figures and pieces on one page (.md, .png)",
+            Format::Curves => "contact points, normals and tangents in all frames (.csv)",
         }
     }
 
@@ -165,6 +170,7 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
             )])
         }
         Format::Card => card::files(source, solids),
+        Format::Curves => Ok(vec![File::new("curves.csv", stations::csv(source.design)?)]),
         Format::Step => step(&one_part(source.with_recipe(solids), part), solids),
     }
 }

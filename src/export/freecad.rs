@@ -8,10 +8,10 @@ use std::process::Command;
 
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::tables;
-use crate::design::Design;
+use crate::design::{Design, Station};
 use crate::motion::Motion;
 use crate::solid::{rib, sweep};
 use crate::{Error, Result};
@@ -110,7 +110,7 @@ fn one_line(text: &str) -> String {
 }
 
 /// What the builder reads of a design: `design.json` without the motion and the search's variables,
-/// with the stations of the lofts.
+/// with the stations of the lofts as they are on the gears.
 fn essence(design: &Design) -> Result<Value> {
     let mut slim = design.clone();
     for pair in &mut slim.sub_gear_pairs {
@@ -123,12 +123,24 @@ fn essence(design: &Design) -> Result<Value> {
     }
     let mut value =
         serde_json::to_value(&slim).map_err(|e| Error::Internal(format!("FreeCAD macro: {e}")))?;
+    for (k, pair) in slim.sub_gear_pairs.iter().enumerate() {
+        for (j, tooth) in pair.teeth.iter().enumerate() {
+            let rows = tooth.stations.iter().map(on_gears).collect();
+            value["sub_gear_pairs"][k]["teeth"][j]["stations"] = rows;
+        }
+    }
     if let Some(fields) = value.as_object_mut() {
         fields.remove("motion");
         fields.insert("poses".into(), poses(design)?);
     }
     round(&mut value);
     Ok(value)
+}
+
+/// A station with all that it is in Σ and on the gears, but for its velocity.
+fn on_gears(s: &Station) -> Value {
+    json!({"phi": s.phi, "p": s.p, "n": s.n, "p1": s.p1, "n1": s.n1, "t1": s.t1,
+        "p2": s.p2, "n2": s.n2, "t2": s.t2})
 }
 
 /// Rows of φ (rad), position and quaternion (real part last) of the follower over one turn.

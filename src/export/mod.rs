@@ -23,6 +23,7 @@ mod scad_csg;
 mod scad_customizer;
 mod scad_sets;
 mod scad_teeth;
+mod stations;
 pub mod stl;
 pub mod svg;
 pub mod tables;
@@ -32,7 +33,7 @@ pub mod threemf;
 use std::path::{Path, PathBuf};
 
 use crate::Result;
-use crate::design::Design;
+use crate::design::{Design, file};
 use crate::motion::{Motion, Pose};
 use crate::solid::assembly::SolidBody;
 use crate::solid::{Mesh, Solids};
@@ -101,7 +102,7 @@ impl File {
 /// [`crate::Error::Internal`] when a template or an encoder fails.
 pub fn files(source: &Source, summary: &Summary) -> Result<Vec<File>> {
     let mut files = vec![
-        File::new("design.json", tables::design_json(source.design)?),
+        File::new("design.json", file::text(source.design)?),
         File::new("summary.json", tables::summary_json(summary)?),
         File::new("poses.csv", tables::poses_csv(source.motion)?),
     ];

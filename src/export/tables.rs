@@ -1,4 +1,4 @@
-//! `design.json`, `summary.json` and `poses.csv`.
+//! `summary.json` and `poses.csv`.
 
 use nalgebra::{Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -97,16 +97,6 @@ pub fn summary_json(summary: &Summary) -> Result<String> {
     let text = serde_json::to_string_pretty(summary);
     text.map(|t| t + "\n")
         .map_err(|e| Error::Internal(format!("summary.json: {e}")))
-}
-
-/// `design.json`.
-///
-/// # Errors
-/// [`Error::Internal`] when the encoder fails.
-pub fn design_json(design: &Design) -> Result<String> {
-    let text = serde_json::to_string_pretty(design);
-    text.map(|t| t + "\n")
-        .map_err(|e| Error::Internal(format!("design.json: {e}")))
 }
 
 /// Pose of the follower at one phase.

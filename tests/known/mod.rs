@@ -4,7 +4,9 @@
 use std::f64::consts::TAU;
 
 use mpcgear::closure;
-use mpcgear::design::{ClosureSample, Design, FORMAT, Section, Station, SubGearPair, ToothPair};
+use mpcgear::design::{
+    ClosureSample, Contact, Design, FORMAT, Section, Station, SubGearPair, ToothPair,
+};
 use mpcgear::load::contacts::Configuration;
 use mpcgear::motion::{Class, Motion, MotionSource, MotionState};
 use mpcgear::settings::Settings;
@@ -37,23 +39,13 @@ pub fn band(motion: &Motion, law: Law) -> SubGearPair {
                     let h = 1e-5;
                     let speed = (law(phi + h, middle).0 - law(phi - h, middle).0) / (2.0 * h);
                     let (one, two) = (MotionState::driver(L, phi), motion.state(phi));
-                    let local = |state: &MotionState, sign: f64| {
-                        let rt = state.pose.rotation.transpose();
-                        let t = (speed - state.velocity(p)).normalize();
-                        (state.pose.inverse_apply(p), rt * n * sign, rt * t)
-                    };
-                    let ((p1, n1, t1), (p2, n2, t2)) = (local(&one, -1.0), local(&two, 1.0));
-                    Station {
+                    let contact = Contact {
                         phi,
-                        p: p.into(),
-                        n: n.into(),
-                        p1: p1.into(),
-                        n1: n1.into(),
-                        t1: t1.into(),
-                        p2: p2.into(),
-                        n2: n2.into(),
-                        t2: t2.into(),
-                    }
+                        p,
+                        n,
+                        v: speed,
+                    };
+                    Station::new(contact, &one, &two)
                 })
                 .collect();
             ToothPair {

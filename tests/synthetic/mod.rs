@@ -1,7 +1,7 @@
 //! Designs without an optimiser: helical teeth that roll on the pitch line of a uniform motion.
 #![allow(dead_code)] // every test file uses its own part of this
 
-use mpcgear::design::{Design, FORMAT, Section, Station, SubGearPair, ToothPair};
+use mpcgear::design::{Contact, Design, FORMAT, Section, Station, SubGearPair, ToothPair};
 use mpcgear::motion::{Class, Motion, MotionFile, MotionSource, MotionState};
 use mpcgear::settings::Settings;
 use mpcgear::solid::recipe::Recipe;
@@ -49,14 +49,7 @@ fn with_motion(class: Class, source: MotionSource, motion: &Motion) -> Design {
     };
     let settings = Settings::default();
     let gear = &settings.gear;
-    let section = Section {
-        thickness: gear.tooth_thickness_mm,
-        flank_radius: gear.flank_radius_mm,
-        tip: gear.tip_mm,
-        root: gear.root_mm,
-        clearance: settings.fit.clearance_mm,
-        rib: settings.spokes.thickness_mm,
-    };
+    let section = Section::of(&settings);
     let sub_gear_pairs = bands
         .iter()
         .map(|&band| SubGearPair {
@@ -94,21 +87,15 @@ fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usiz
             let driver = MotionState::driver(gear.center_distance_mm, phi);
             let follower = motion.state(phi);
             let velocity = Vector3::new(0.0, 0.0, rise);
-            let [t1, t2] = [driver, follower].map(|s| (velocity - s.velocity(p)).normalize());
-            let across = side * Vector3::x().cross(&t2);
+            let across = side * Vector3::x().cross(&(velocity - follower.velocity(p)));
             let n = PRESSURE_ANGLE.sin() * Vector3::x() + PRESSURE_ANGLE.cos() * across.normalize();
-            let into = |s: &MotionState, v: Vector3<f64>| s.pose.rotation.transpose() * v;
-            Station {
+            let contact = Contact {
                 phi,
-                p: p.into(),
-                n: n.into(),
-                p1: driver.pose.inverse_apply(p).into(),
-                n1: into(&driver, -n).into(),
-                t1: into(&driver, t1).into(),
-                p2: follower.pose.inverse_apply(p).into(),
-                n2: into(&follower, n).into(),
-                t2: into(&follower, t2).into(),
-            }
+                p,
+                n,
+                v: velocity,
+            };
+            Station::new(contact, &driver, &follower)
         })
         .collect();
     ToothPair {

@@ -9,7 +9,7 @@ import FreeCAD as App
 from . import builder
 from .poses import vector
 
-FORMAT = 1
+FORMATS = (1, 2)
 # As in the macro: teeth have at most so many frames, of which the ribs leave some free at both
 # ends, and about every third of the others carries a section.
 MOST_FRAMES, RIB_INSET, FRAME_STEP = 33, 4, 3
@@ -29,13 +29,19 @@ def read(path):
     if not isinstance(design, dict) or "sub_gear_pairs" not in design:
         raise DesignError("%s is not an mpcgear design: choose the design.json that "
                           "'mpcgear design' wrote" % path)
-    if design.get("format") != FORMAT:
-        raise DesignError("%s has format %s, this add-on reads format %d: update the older of both"
-                          % (path, design.get("format"), FORMAT))
+    if design.get("format") not in FORMATS:
+        raise DesignError("%s has format %s, this add-on reads formats %d to %d: update the older of both"
+                          % (path, design.get("format"), FORMATS[0], FORMATS[-1]))
     if not design["sub_gear_pairs"] or not design["recipe"]["bodies"]:
         raise DesignError("%s has no finished solids: %s"
                           % (path, "; ".join(design.get("problems", [])) or "no teeth found"))
-    design["poses"] = contact_poses(design)
+    if design["format"] == 1:
+        design["poses"] = contact_poses(design)
+    else:
+        place_on_gears(design)
+        rows = {round(row[0] % (2 * math.pi), 9): [row[0] % (2 * math.pi)] + row[1:]
+                for tooth in design["poses"] for row in tooth}
+        design["poses"] = [row for _, row in sorted(rows.items())]
     for pair in design["sub_gear_pairs"]:
         for tooth in pair["teeth"]:
             tooth["stations"] = [tooth["stations"][i] for i in chosen(len(tooth["stations"]))]
@@ -50,6 +56,37 @@ def chosen(stations):
     steps = max((len(inner) - 1) // FRAME_STEP, 1)
     ribs = {inner[i * (len(inner) - 1) // steps] for i in range(steps + 1)}
     return sorted(ribs | {frames[0], frames[-1]})
+
+
+def place_on_gears(design):
+    """Adds to every station where it is in the frames of driver and follower: p1 and p2, n1 and n2
+    into the material, t1 and t2 along the gears' curves."""
+    axis = App.Vector(-design["settings"]["gear"]["center_distance_mm"], 0, 0)
+    for pair in design["sub_gear_pairs"]:
+        for tooth, poses in zip(pair["teeth"], design["poses"]):
+            for station, (phi, x, y, z, *q) in zip(tooth["stations"], poses):
+                p, n, v = (vector(station[name]) for name in "pnv")
+                driver = App.Rotation(App.Vector(0, 0, 1), math.degrees(phi)).inverted()
+                follower = App.Rotation(*q).inverted()
+                slide = v - App.Vector(0, 0, 1).cross(p - axis)
+                station["p1"] = list(driver.multVec(p - axis) + axis)
+                station["n1"] = list(driver.multVec(n) * -1)
+                station["t1"] = list(driver.multVec(slide).normalize())
+                station["p2"] = list(follower.multVec(p - App.Vector(x, y, z)))
+                station["n2"] = list(follower.multVec(n))
+            for i, station in enumerate(tooth["stations"]):
+                station["t2"] = list(slope(tooth["stations"], i).normalize())
+
+
+def slope(stations, i):
+    """Derivative of p2 by phi at station i, of the polynomial through the seven nearest stations."""
+    first = max(min(i - 3, len(stations) - 7), 0)
+    near = [k for k in range(first, min(first + 7, len(stations))) if k != i]
+    x = [station["phi"] for station in stations]
+    weight = {k: 1 / math.prod(x[k] - x[m] for m in near + [i] if m != k) for k in near + [i]}
+    here = vector(stations[i]["p2"])
+    steps = ((vector(stations[k]["p2"]) - here) * (weight[k] / weight[i] / (x[i] - x[k])) for k in near)
+    return sum(steps, App.Vector())
 
 
 def triad(a, b):
