@@ -47,6 +47,19 @@ struct Passing {
 }
 
 impl Path {
+    /// A path from the text of a CSV file of points; `name` is what problems call the file.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the line and column of what is no number.
+    pub fn from_csv(text: &str, name: &str) -> Result<Path> {
+        let points = parse_points(text, name).map_err(|problems| Error::input(name, problems))?;
+        Ok(Path {
+            points,
+            own_turn: minus_phi(),
+            radius_mm: None,
+        })
+    }
+
     pub(super) fn shape(&self, class: Class) -> Result<RowShape> {
         let mut problems = Problems::default();
         let own_turn = parse_own_turn(&self.own_turn, &mut problems);

@@ -83,6 +83,20 @@ impl Table {
     }
 }
 
+impl Table {
+    /// A table from the text of a CSV file; `name` is what problems call the file.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the line and column of what is no number.
+    pub fn from_csv(text: &str, name: &str) -> Result<Table> {
+        let rows = parse_rows(text, name).map_err(|problems| Error::input(name, problems))?;
+        let row = |row: Vec<f64>| std::array::from_fn(|i| row[i]);
+        Ok(Table {
+            rows: rows.into_iter().map(row).collect(),
+        })
+    }
+}
+
 /// Reads the text of a pose table; `name` is what problems call the file.
 pub(super) fn parse_rows(text: &str, name: &str) -> std::result::Result<Vec<Vec<f64>>, Problems> {
     csv_numbers::parse(text, name, &COLUMNS)
