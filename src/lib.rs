@@ -6,6 +6,7 @@
 pub mod closure;
 pub mod contact;
 pub mod design;
+pub mod disk;
 pub mod envelope;
 mod error;
 pub mod export;

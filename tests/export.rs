@@ -8,7 +8,8 @@ use std::io::Read as _;
 use std::path::Path;
 
 use mpcgear::Error;
-use mpcgear::export::{self, File, Source, folder, stl, tables};
+use mpcgear::disk::Folder;
+use mpcgear::export::{self, File, Source, stl, tables};
 use mpcgear::motion::Class;
 use mpcgear::solid::Solids;
 
@@ -181,6 +182,11 @@ fn listing(folder: &Path) -> BTreeSet<String> {
         .collect()
 }
 
+/// Writes a design folder as one run does.
+fn publish(folder: &Path, files: &[File]) -> mpcgear::Result<()> {
+    Folder::claim(folder)?.publish(files)
+}
+
 fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| name.to_string()).collect()
 }
@@ -189,9 +195,9 @@ fn set(names: &[&str]) -> BTreeSet<String> {
 fn a_new_folder_appears_with_its_parents_and_leaves_nothing_beside() {
     let place = tempfile::tempdir().expect("a folder");
     let out = place.path().join("a/b");
-    folder::check_writable(&out).expect("writable");
+    drop(Folder::claim(&out).expect("writable"));
     assert!(!out.exists(), "checking must not make the folder");
-    folder::publish(&out, &files(&["design.json", "meshes/driver.stl"])).expect("writes");
+    publish(&out, &files(&["design.json", "meshes/driver.stl"])).expect("writes");
     assert_eq!(listing(place.path()), set(&["a"]));
     assert_eq!(listing(&place.path().join("a")), set(&["b"]));
     assert_eq!(listing(&out), set(&["design.json", "meshes"]));
@@ -202,13 +208,13 @@ fn a_new_folder_appears_with_its_parents_and_leaves_nothing_beside() {
 fn a_second_run_replaces_its_own_files_and_keeps_the_users() {
     let place = tempfile::tempdir().expect("a folder");
     let out = place.path();
-    folder::publish(
+    publish(
         out,
         &files(&["design.json", "meshes/slider.stl", "parts.md"]),
     )
     .expect("writes");
     fs::write(out.join("notes.txt"), "mine").expect("writes");
-    folder::publish(out, &files(&["design.json", "meshes/driver.stl"])).expect("writes");
+    publish(out, &files(&["design.json", "meshes/driver.stl"])).expect("writes");
     assert_eq!(listing(out), set(&["design.json", "meshes", "notes.txt"]));
     assert_eq!(listing(&out.join("meshes")), set(&["driver.stl"]));
     assert_eq!(fs::read(out.join("notes.txt")).expect("kept"), b"mine");
@@ -218,10 +224,10 @@ fn a_second_run_replaces_its_own_files_and_keeps_the_users() {
 fn a_failed_run_leaves_the_old_design_as_it_was() {
     let place = tempfile::tempdir().expect("a folder");
     let out = place.path();
-    folder::publish(out, &files(&["design.json", "meshes/driver.stl"])).expect("writes");
+    publish(out, &files(&["design.json", "meshes/driver.stl"])).expect("writes");
     // A path through a file cannot be written.
     let broken = files(&["design.json", "meshes", "meshes/driver.stl"]);
-    let error = folder::publish(out, &broken).expect_err("cannot be written");
+    let error = publish(out, &broken).expect_err("cannot be written");
     assert_eq!(error.exit_code(), 2);
     assert_eq!(listing(out), set(&["design.json", "meshes"]));
     assert_eq!(listing(&out.join("meshes")), set(&["driver.stl"]));
@@ -233,7 +239,7 @@ fn folders_that_cannot_be_written_are_refused_before_the_work() {
     let file = place.path().join("file");
     fs::write(&file, "x").expect("writes");
     for bad in [file.clone(), file.join("below"), "/proc/nowhere/out".into()] {
-        let error = folder::check_writable(&bad).expect_err("not writable");
+        let error = Folder::claim(&bad).expect_err("not writable");
         assert!(matches!(error, Error::Io { .. }), "{error}");
         assert_eq!(error.exit_code(), 2);
         assert!(
@@ -247,9 +253,9 @@ fn folders_that_cannot_be_written_are_refused_before_the_work() {
 fn somebody_elses_folder_is_refused() {
     let place = tempfile::tempdir().expect("a folder");
     fs::create_dir(place.path().join("print")).expect("makes");
-    let error = folder::check_writable(place.path()).expect_err("not ours");
+    let error = Folder::claim(place.path()).expect_err("not ours");
     assert!(error.to_string().contains("print"), "{error}");
-    folder::publish(place.path(), &files(&["design.json"])).expect_err("not ours");
+    publish(place.path(), &files(&["design.json"])).expect_err("not ours");
     assert_eq!(listing(place.path()), set(&["print"]));
 }
 

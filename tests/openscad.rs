@@ -8,7 +8,8 @@ mod synthetic;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use mpcgear::export::{self, Source, folder, tables::Summary};
+use mpcgear::disk::Folder;
+use mpcgear::export::{self, Source, tables::Summary};
 use mpcgear::motion::{Class, Motion};
 use mpcgear::solid::Solids;
 use openscad_run::{Run, installed, manifold};
@@ -29,7 +30,9 @@ fn folder_of(class: Class, teeth: usize) -> (PathBuf, Solids) {
     design.recipe = solids.recipe.clone();
     let files = files(&design, &motion, &solids);
     let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("openscad-{class}-{teeth}"));
-    folder::publish(&out, &files).expect("writable");
+    Folder::claim(&out)
+        .and_then(|out| out.publish(&files))
+        .expect("writable");
     (out, solids)
 }
 

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mpcgear::design::{Design, file};
+use mpcgear::disk::Folder;
 use mpcgear::export::tables::{self, Summary};
-use mpcgear::export::{self, Source, folder};
+use mpcgear::export::{self, Source};
 use mpcgear::motion::{Motion, MotionFile};
 use mpcgear::pipeline::{self, Outcome};
 use mpcgear::search::StopReason;
@@ -23,22 +24,21 @@ use crate::terminal::Watch;
 pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
     let (mut file, motion) = MotionFile::read_draft(&args.file)?;
     override_settings(&mut file, args)?;
-    folder::check_writable(&args.out)?;
-    folder::check_writable(&target(&args.out, false)?)?;
+    let target = Target::claim(&args.out)?;
     let watch = Watch::new(cli.quiet || cli.json, file.settings.search.time_limit_s);
     let motion = match motion {
         Ok(motion) => motion,
-        Err(error) => return give_up(cli, args, (&file, None), error, &watch),
+        Err(error) => return give_up(cli, &target, (&file, None), error, &watch),
     };
     let outcome = pipeline::run(&file, &motion, &mut |progress| watch.tell(progress));
     watch.finish();
     match outcome {
-        Ok(outcome) => deliver(cli, args, &motion, &outcome, &watch),
+        Ok(outcome) => deliver((cli, args), &target, (&motion, &outcome), &watch),
         Err(Error::Interrupted) if !watch.interrupted() => {
             let error = out_of_time(&file);
-            give_up(cli, args, (&file, Some(&motion)), error, &watch)
+            give_up(cli, &target, (&file, Some(&motion)), error, &watch)
         }
-        Err(error) => give_up(cli, args, (&file, Some(&motion)), error, &watch),
+        Err(error) => give_up(cli, &target, (&file, Some(&motion)), error, &watch),
     }
 }
 
@@ -64,10 +64,9 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
 }
 
 fn deliver(
-    cli: &Cli,
-    args: &DesignArgs,
-    motion: &Motion,
-    outcome: &Outcome,
+    (cli, args): (&Cli, &DesignArgs),
+    target: &Target,
+    (motion, outcome): (&Motion, &Outcome),
     watch: &Watch,
 ) -> Result<u8> {
     let design = &outcome.design;
@@ -93,9 +92,9 @@ fn deliver(
     let text = std::fs::read_to_string(&args.file).unwrap_or_default();
     files.push(super::report::page(&source, claims, (&paths, &text))?);
     let works = design.problems.is_empty();
-    let target = target(&args.out, works)?;
-    folder::publish(&target, &files)?;
-    show(cli, &summary, &target)?;
+    let folder = target.folder(works);
+    folder.publish(&files)?;
+    show(cli, &summary, folder.path())?;
     Ok(match (watch.interrupted(), works) {
         (true, _) => 130,
         (false, true) => 0,
@@ -106,7 +105,7 @@ fn deliver(
 /// Writes the draft of a motion that cannot be made and hands the error on; other errors leave nothing.
 fn give_up(
     cli: &Cli,
-    args: &DesignArgs,
+    target: &Target,
     (file, motion): (&MotionFile, Option<&Motion>),
     error: Error,
     watch: &Watch,
@@ -135,9 +134,9 @@ fn give_up(
                 export::File::new("summary.json", tables::summary_json(&summary)?),
             ],
         };
-        let target = target(&args.out, false)?;
-        folder::publish(&target, &files)?;
-        show(cli, &summary, &target)?;
+        let folder = target.folder(false);
+        folder.publish(&files)?;
+        show(cli, &summary, folder.path())?;
     }
     Err(error)
 }
@@ -150,11 +149,33 @@ fn out_of_time(file: &MotionFile) -> Error {
     }
 }
 
-/// Folder to write: `out`, but a draft does not replace an existing design, it goes beside it.
-fn target(out: &Path, works: bool) -> Result<PathBuf> {
-    if works || !out.join("design.json").exists() {
-        return Ok(out.to_path_buf());
+/// Where the result goes: a draft does not replace an existing design, it goes beside it.
+struct Target {
+    out: Folder,
+    draft: Option<Folder>,
+}
+
+impl Target {
+    /// Takes the folders, before any long work.
+    fn claim(path: &Path) -> Result<Target> {
+        let out = Folder::claim(path)?;
+        let draft = match out.has_design() {
+            true => Some(Folder::claim(&beside(path)?)?),
+            false => None,
+        };
+        Ok(Target { out, draft })
     }
+
+    fn folder(&self, works: bool) -> &Folder {
+        match &self.draft {
+            Some(draft) if !works => draft,
+            _ => &self.out,
+        }
+    }
+}
+
+/// The folder for a draft beside `out`.
+fn beside(out: &Path) -> Result<PathBuf> {
     // `.` and `..` have no name of their own.
     let whole = if out.file_name().is_some() {
         out.to_path_buf()

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use mpcgear::design::{Stored, file};
+use mpcgear::disk::Folder;
 use mpcgear::export::format::{self, Format};
-use mpcgear::export::{File, Source, report};
+use mpcgear::export::{File, Source};
 use mpcgear::{Error, Problem, Result};
 
 use super::{json, print_out, say};
@@ -46,14 +47,11 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     if out.as_os_str() == "-" {
         return to_standard_output(&files);
     }
-    let mut written = Vec::new();
-    for file in &files {
-        let path = out.join(&file.path);
-        let folder = path.parent().unwrap_or(out);
-        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
-        report::write_whole(&path, &file.bytes)?;
-        say(cli, &path.display().to_string())?;
-        written.push(path.display().to_string());
+    Folder::open(out)?.add(&files)?;
+    let paths = files.iter().map(|file| out.join(&file.path));
+    let written: Vec<String> = paths.map(|path| path.display().to_string()).collect();
+    for path in &written {
+        say(cli, path)?;
     }
     if cli.json {
         print_out(&json(&BTreeMap::from([("files", written)]))?)?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mpcgear::Result;
 use mpcgear::design::{Stored, file as stored};
+use mpcgear::disk::Folder;
 use mpcgear::export::evidence::Evidence;
 use mpcgear::export::report;
 use mpcgear::export::{File, Source};
@@ -38,7 +39,8 @@ pub fn run(cli: &Cli, folder: &Path, png: Option<&Path>) -> Result<u8> {
     let found = check::of(cli, &source, &file)?;
     let page = page(&source, &found.claims, (&beside(&file), ""))?;
     let path = file.with_file_name(&page.path);
-    report::write_whole(&path, &page.bytes)?;
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
+    Folder::open(folder.unwrap_or(Path::new(".")))?.add(&[page])?;
     say(cli, &format!("written: {}", path.display()))
 }
 
@@ -67,7 +69,7 @@ fn beside(design: &Path) -> Vec<PathBuf> {
     };
     let owned = |path: &PathBuf| {
         let name = path.file_name().and_then(|n| n.to_str());
-        name.is_some_and(|n| n != "report.html" && mpcgear::export::folder::OWNED.contains(&n))
+        name.is_some_and(|n| n != "report.html" && mpcgear::disk::OWNED.contains(&n))
     };
     list(folder)
         .into_iter()

@@ -6,9 +6,10 @@ use minijinja::context;
 use minijinja::value::Serde;
 
 use super::curves::{PAIR_COLORS, Plot, Series};
-use super::report::{render, script_json, write_whole};
+use super::report::{render, script_json};
 use crate::Result;
 use crate::design::ClosureSample;
+use crate::disk::write_whole;
 use crate::stats::{Entry, table};
 
 /// Angles of the common axis, deg.

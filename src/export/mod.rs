@@ -1,6 +1,6 @@
 //! From a design and its solids to files: meshes, scripts, tables, the parts list.
 //!
-//! Everything is rendered in memory first ([`files`]), then written at once ([`folder::publish`]),
+//! Everything is rendered in memory first ([`files`]), then written at once ([`crate::disk::Folder`]),
 //! so that files appear whole or not at all.
 
 mod card;
@@ -11,7 +11,6 @@ pub mod curves;
 pub mod date;
 pub mod evidence;
 pub mod figures;
-pub mod folder;
 pub mod format;
 pub mod freecad;
 pub mod openscad;

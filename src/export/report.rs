@@ -113,7 +113,7 @@ struct ScenePart<'a> {
 /// [`Error::Io`] when the file cannot be written,
 /// [`Error::Internal`] when the template fails.
 pub fn write(input: &ReportInput, path: &Path) -> Result<()> {
-    write_whole(path, html(input)?.as_bytes())
+    crate::disk::write_whole(path, html(input)?.as_bytes())
 }
 
 /// Writes pictures of the mechanism and of every curve into `folder` and returns their paths.
@@ -133,7 +133,7 @@ pub fn write_pictures(input: &ReportInput, folder: &Path) -> Result<Vec<PathBuf>
         .into_iter()
         .map(|(name, bytes)| {
             let path = folder.join(format!("{name}.png"));
-            write_whole(&path, &bytes)?;
+            crate::disk::write_whole(&path, &bytes)?;
             Ok(path)
         })
         .collect()
@@ -324,13 +324,4 @@ fn data_uri(png: &[u8]) -> Value {
     use base64::Engine;
     let text = base64::engine::general_purpose::STANDARD.encode(png);
     Value::from_safe_string(format!("data:image/png;base64,{text}"))
-}
-
-/// Writes a file whole or not at all.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, bytes).map_err(Error::io(&part))?;
-    std::fs::rename(&part, path).map_err(Error::io(path))
 }
