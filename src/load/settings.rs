@@ -62,6 +62,9 @@ impl Default for Load {
     }
 }
 
+/// Farthest place of the load, mm.
+const FARTHEST_MM: f64 = 50_000.0;
+
 /// Most rows of extra loads.
 const MAX_EXTRA: usize = 3600;
 
@@ -80,33 +83,37 @@ impl Load {
                 problems.push(crate::Problem::new(format!("load.{field}"), what, ""));
             }
         };
-        for (field, value) in [
-            ("mass_g", self.mass_g),
-            ("friction", self.friction),
-            ("center_distance_error_mm", self.center_distance_error_mm),
-            ("axis_tilt_error_deg", self.axis_tilt_error_deg),
-            ("scale_error_percent", self.scale_error_percent),
+        for (field, value, most) in [
+            ("mass_g", self.mass_g, 1e6),
+            ("force_limit_n", self.force_limit_n, 1e6),
+            ("friction", self.friction, 10.0),
+            (
+                "center_distance_error_mm",
+                self.center_distance_error_mm,
+                10.0,
+            ),
+            ("axis_tilt_error_deg", self.axis_tilt_error_deg, 45.0),
+            ("scale_error_percent", self.scale_error_percent, 50.0),
         ] {
-            demand(
-                value.is_finite() && value >= 0.0,
-                field,
-                format!("is {value}, must be a number of at least 0"),
-            );
+            let what = format!("is {value}, allowed 0 to {most}");
+            demand((0.0..=most).contains(&value), field, what);
         }
         demand(
-            self.force_limit_n.is_finite() && self.force_limit_n > 0.0,
+            self.force_limit_n != 0.0,
             "force_limit_n",
-            format!("is {}, must be larger than 0", self.force_limit_n),
+            "is 0, must be larger".into(),
         );
+        let within = |most: f64| move |x: &f64| x.abs() <= most;
         demand(
-            self.point_mm.iter().all(|x| x.is_finite()),
+            self.point_mm.iter().all(within(FARTHEST_MM)),
             "point_mm",
-            "must be three finite numbers".into(),
+            format!("must be three numbers of at most {FARTHEST_MM}"),
         );
+        let g = self.gravity;
         demand(
-            self.gravity.iter().all(|x| x.is_finite()) && self.gravity.iter().any(|&x| x != 0.0),
+            g.iter().all(within(1e6)) && g.iter().any(|x| x.abs() > 1e-6),
             "gravity",
-            "must be a direction: three finite numbers, not all zero".into(),
+            "must be a direction: three numbers of at most 1000000, not all zero".into(),
         );
         let rows = self.extra.len();
         demand(
@@ -115,15 +122,13 @@ impl Load {
             format!("has {rows} rows, allowed {MAX_EXTRA}"),
         );
         for (i, row) in self.extra.iter().enumerate().take(MAX_EXTRA) {
-            let finite = row
-                .force_n
-                .iter()
-                .chain(&row.torque_nmm)
-                .all(|x| x.is_finite());
+            let bounded =
+                row.force_n.iter().all(within(1e6)) && row.torque_nmm.iter().all(within(1e9));
             demand(
-                finite && (0.0..=360.0).contains(&row.phi_deg),
+                bounded && (0.0..=360.0).contains(&row.phi_deg),
                 &format!("extra[{i}]"),
-                "must have finite numbers and phi_deg from 0 to 360".into(),
+                "must have forces up to 1000000 N, torques up to 1e9 N·mm, phi_deg from 0 to 360"
+                    .into(),
             );
         }
         demand(

@@ -117,7 +117,8 @@ pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
         Err(Error::input(path, vec![Problem::new(place, what, hint)]))
     };
     let limit = most / 1_000_000;
-    let smaller = "a pose table needs some hundred rows, not millions";
+    let smaller =
+        "some hundred rows of poses describe a motion well; long tables go into a CSV file";
     if size > most {
         let what = format!("the file has {} MB, allowed {limit} MB", size / 1_000_000);
         return refuse(what, smaller);
