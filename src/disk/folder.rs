@@ -50,6 +50,8 @@ pub struct Folder {
     name: String,
     /// Folders above it that were made for it; gone again when nothing was written.
     made: Vec<PathBuf>,
+    /// Whether it can be exchanged as a whole.
+    exchange: bool,
     /// Goes before the folders it stands in.
     lock: Option<Lock>,
 }
@@ -70,13 +72,14 @@ impl Folder {
         let lock = lock.inspect_err(|_| undo(&made)).map_err(Error::io(path))?;
         let folder = Folder {
             path: path.to_path_buf(),
+            exchange: is_exchangeable(&real, &name),
             real,
             name,
             made,
             lock: Some(lock),
         };
         folder.recover().map_err(Error::io(path))?;
-        folder.stage(folder.is_exchangeable())?;
+        folder.stage(folder.exchange)?;
         Ok(folder)
     }
 
@@ -117,7 +120,7 @@ impl Folder {
     /// # Errors
     /// [`Error::Io`] when something cannot be written.
     pub fn publish(&self, files: &[File]) -> Result<()> {
-        self.publish_by(files, self.is_exchangeable())
+        self.publish_by(files, self.exchange)
     }
 
     fn publish_by(&self, files: &[File], exchange: bool) -> Result<()> {
@@ -197,15 +200,6 @@ impl Folder {
         })
     }
 
-    fn is_exchangeable(&self) -> bool {
-        let here = std::env::current_dir().and_then(fs::canonicalize);
-        let stands_in_it = here.is_ok_and(|here| here.starts_with(&self.real));
-        let parent = self.real.parent();
-        cfg!(target_os = "linux")
-            && !stands_in_it
-            && parent.is_some_and(|p| same_disk(p, &self.real) && Stage::new(p, &self.name).is_ok())
-    }
-
     /// Finishes or clears away what killed runs left of their stages.
     fn recover(&self) -> std::io::Result<()> {
         for stage in Stage::left(&self.real, &self.name) {
@@ -226,6 +220,17 @@ impl Drop for Folder {
         self.lock = None;
         undo(&self.made);
     }
+}
+
+/// Whether a new folder beside `real` could take its place in one step.
+fn is_exchangeable(real: &Path, name: &str) -> bool {
+    let here = std::env::current_dir().and_then(fs::canonicalize);
+    let stands_in_it = here.is_ok_and(|here| here.starts_with(real));
+    cfg!(target_os = "linux")
+        && !stands_in_it
+        && real
+            .parent()
+            .is_some_and(|parent| same_disk(parent, real) && Stage::new(parent, name).is_ok())
 }
 
 /// Removes folders that are still empty, the deepest first.
@@ -425,8 +430,9 @@ mod tests {
 
             calls::LEFT.set(Some(calls_left));
             let killed = Folder::claim(&out).is_ok_and(|folder| {
-                let exchange = exchange && folder.is_exchangeable();
-                folder.publish_by(&design("new"), exchange).is_ok()
+                folder
+                    .publish_by(&design("new"), exchange && folder.exchange)
+                    .is_ok()
             });
             let through = calls::LEFT.replace(None) != Some(0);
 
