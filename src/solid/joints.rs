@@ -210,6 +210,23 @@ pub fn pin_cap() -> Feature {
     )
 }
 
+/// Joins pin and cap where the support is one body: their faces meet in one plane, where round-off
+/// decides whether they touch.
+pub fn pin_end() -> Feature {
+    Feature::add(
+        "pin end",
+        Shape::upright(
+            "0",
+            "0",
+            (
+                &format!("{WEB_TOP} + joint_play / 2"),
+                &format!("{WEB_TOP} + joint_play + cap_thickness / 2"),
+            ),
+            "pin_neck_radius",
+        ),
+    )
+}
+
 /// A hole along the pin's end for the cap's screw.
 pub fn cap_screw(radius: &str) -> Feature {
     Feature::cut(

@@ -60,6 +60,7 @@ fn bodies(class: Class, measures: &Measures, mount_holes: usize) -> Vec<Body> {
     frame.extend(joints::pin(class));
     if class == Class::R1 {
         frame.push(joints::pin_cap());
+        frame.push(joints::pin_end());
     }
     let mut support = body("support", None, frame);
     support.pieces = pieces::support(class);
