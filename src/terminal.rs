@@ -65,7 +65,7 @@ impl Watch {
     pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
         let best = progress
             .best_q
-            .map_or(String::new(), |q| format!(", best min Q {q:.3}"));
+            .map_or(String::new(), |q| format!(", best hold {q:.3}"));
         let count = match progress.candidates {
             0 => String::new(),
             n => format!(", {n} usable bands"),

@@ -32,6 +32,8 @@ pub struct Workshop {
     centres: Vec<nalgebra::Vector3<f64>>,
     /// Length scale L/25 of all sampled sizes.
     scale: f64,
+    /// Length that moments are divided by, mm: 1 where all wrenches are moments, L/2 where units mix.
+    length: f64,
     /// K that is asked for, or the least that closes the class.
     pairs: usize,
 }
@@ -41,7 +43,7 @@ pub struct Workshop {
 pub struct Candidate {
     /// Design variables.
     pub law: BandLaw,
-    /// n̄ at the workshop's phases.
+    /// n̄ at the workshop's phases, in the workshop's units.
     pub wrenches: Vec<Wrench>,
     /// Collision model.
     pub swept: Swept,
@@ -81,6 +83,10 @@ impl Workshop {
             samples,
             centres,
             scale,
+            length: match motion.class().slides() {
+                true => 0.5 * settings.gear.center_distance_mm,
+                false => 1.0,
+            },
             pairs: match settings.gear.sub_gear_pairs {
                 PairCount::Fixed(k) => k,
                 PairCount::Auto(_) => motion.class().dof() + 1,
@@ -109,14 +115,15 @@ impl Workshop {
         })
     }
 
-    /// n̄ of a band at the workshop's phases.
+    /// n̄ of a band at the workshop's phases. Where units mix, moments are divided by L/2: a choice is
+    /// then as good as its Q*, since raw Q says little about the hold (1 and mm are no equals).
     pub fn wrenches(&self, band: &Band) -> Vec<Wrench> {
         self.samples
             .iter()
             .zip(&self.centres)
             .map(|(&(j, i), &centre)| {
                 let c = &band.teeth[j][i];
-                wrench(self.class, c.p, c.n, centre, 1.0)
+                wrench(self.class, c.p, c.n, centre, self.length)
             })
             .collect()
     }

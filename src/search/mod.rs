@@ -32,7 +32,7 @@ pub struct Progress {
     pub done: f64,
     /// Usable candidate bands so far.
     pub candidates: usize,
-    /// Best min Q so far.
+    /// Best hold so far: min Q, in classes that slide min Q* (there Q mixes units).
     pub best_q: Option<f64>,
 }
 
@@ -67,7 +67,8 @@ pub enum StopReason {
 /// Result of a search.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// Bands of the best choices and their min Q, best first; at least one.
+    /// Bands of the best choices and their hold (min Q, in classes that slide min Q*), best first; at
+    /// least one.
     pub choices: Vec<(Vec<BandLaw>, f64)>,
     /// Why it ended.
     pub stop: StopReason,
