@@ -199,6 +199,13 @@ impl Workshop {
         }
     }
 
+    /// Candidates that are drawn in a fraction of a second: fewer where bands have many teeth; a power
+    /// of two.
+    pub fn draws_between_looks(&self) -> usize {
+        let draws = 32 * 10 / self.grid.teeth.len().max(10);
+        1 << draws.max(1).ilog2()
+    }
+
     /// Draws candidates number `first..first + count` of the stream of `seed`: the usable ones, in
     /// order, and how many failed of what.
     pub fn sample(

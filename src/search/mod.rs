@@ -108,8 +108,10 @@ impl Plan {
     }
 }
 
-/// Candidates drawn between two looks at the observer.
+/// Candidates drawn before their number is compared with what is wanted.
 const BATCH: usize = 256;
+/// Memory for stored candidates, bytes: more of them are not kept.
+const ROOM: usize = 1 << 30;
 /// Polished choices that are offered to the proof.
 const FINALISTS: usize = 4;
 
@@ -209,20 +211,28 @@ fn gather(
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
     let mut drawn = 0;
-    while candidates.len() < wanted && drawn < most {
-        let (usable, failed) = workshop.sample(seed, drawn, BATCH);
-        drawn += BATCH;
-        candidates.extend(usable);
-        for (flaw, count) in failed {
-            *flaws.entry(flaw).or_insert(0) += count;
-        }
-        let found = candidates.len() as f64 / wanted as f64;
-        let done = found.max(drawn as f64 / most as f64);
-        if tell(done, candidates.len()).is_break() {
-            break;
+    let look = workshop.draws_between_looks();
+    let mut room = ROOM;
+    while candidates.len() < wanted && drawn < most && room > 0 {
+        for _ in 0..BATCH.div_ceil(look) {
+            let (usable, failed) = workshop.sample(seed, drawn, look);
+            drawn += look;
+            for candidate in usable {
+                room = room.saturating_sub(candidate.swept.bytes());
+                if candidates.len() < wanted && room > 0 {
+                    candidates.push(candidate);
+                }
+            }
+            for (flaw, count) in failed {
+                *flaws.entry(flaw).or_insert(0) += count;
+            }
+            let found = candidates.len() as f64 / wanted as f64;
+            let done = found.max(drawn as f64 / most as f64).min(1.0);
+            if tell(done, candidates.len()).is_break() {
+                return (candidates, flaws, drawn);
+            }
         }
     }
-    candidates.truncate(wanted);
     (candidates, flaws, drawn)
 }
 

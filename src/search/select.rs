@@ -48,13 +48,14 @@ pub fn min_q(wrenches: &[&[Wrench]], phases: &[usize], dof: usize, floor: f64) -
 pub type Tell<'a> = dyn FnMut(f64, Option<f64>) -> ControlFlow<()> + 'a;
 
 impl<'a> Pool<'a> {
-    /// Pool of `candidates`; of the first of them when `tell` breaks, but never of fewer than 256.
+    /// Pool of `candidates`; of the first of them when `tell` breaks, but never of so few that there is no choice.
     pub fn new(workshop: &'a Workshop, candidates: &'a [Candidate], tell: &mut Tell) -> Pool<'a> {
         let scene = &workshop.scene;
         let mut lower: Vec<Vec<bool>> = Vec::with_capacity(candidates.len());
+        let enough = ENOUGH * 10 / workshop.grid.teeth.len().max(10);
         for first in (0..candidates.len()).step_by(ROWS) {
             let done = (first as f64 / candidates.len() as f64).powi(2);
-            if tell(done, None).is_break() && first >= ENOUGH {
+            if tell(done, None).is_break() && first >= enough {
                 break;
             }
             let rows = first..(first + ROWS).min(candidates.len());
@@ -205,7 +206,7 @@ impl<'a> Pool<'a> {
 const ROWS: usize = 64;
 const BATCH: usize = 8;
 
-/// So many candidates make a pool to choose from, even in a hurry.
+/// So many candidates of ten teeth make a pool to choose from, even in a hurry; fewer of more teeth.
 const ENOUGH: usize = 256;
 
 /// Generations of crossovers.

@@ -79,6 +79,12 @@ impl Swept {
             && other.sweep.clears(&self.field, gap, false)
     }
 
+    /// Memory that it takes, bytes.
+    pub fn bytes(&self) -> usize {
+        self.field.cells.len() * size_of::<[u8; 3]>()
+            + self.sweep.points.len() * size_of::<SweptPoint>()
+    }
+
     /// Axial extent of the mesh, driver and follower together, lowest and highest z in Σ.
     pub fn extent(&self) -> (f64, f64) {
         let field = &self.field;
