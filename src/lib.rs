@@ -60,6 +60,7 @@ pub mod design;
 pub mod disk;
 pub mod envelope;
 mod error;
+pub mod escape;
 pub mod export;
 pub mod load;
 pub mod motion;

@@ -9,7 +9,14 @@ mod commands;
 mod terminal;
 
 fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
+    let cli = match cli::Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            eprint!("{}", mpcgear::escape::terminal(&error.to_string()));
+            return ExitCode::from(2);
+        }
+        Err(help) => help.exit(),
+    };
     match commands::run(&cli) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {

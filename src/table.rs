@@ -1,6 +1,6 @@
 //! Tables of text, written for terminals, spreadsheets or Markdown.
 
-use crate::{Error, Result};
+use crate::{Error, Result, escape};
 
 /// How a table is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -54,7 +54,7 @@ impl Table {
                 let escaped = |cells: &[String]| {
                     cells
                         .iter()
-                        .map(|c| c.replace('|', "\\|"))
+                        .map(|c| escape::markdown(c))
                         .collect::<Vec<_>>()
                         .join(" | ")
                 };
@@ -78,7 +78,10 @@ impl Table {
         writer.write_record(&self.columns).map_err(|e| failed(&e))?;
         for row in &self.rows {
             // What a dash stands for is an empty cell to a spreadsheet.
-            let row = row.iter().map(|cell| if cell == "–" { "" } else { cell });
+            let row = row.iter().map(|cell| match cell.as_str() {
+                "–" => String::new(),
+                cell => escape::cell(cell),
+            });
             writer.write_record(row).map_err(|e| failed(&e))?;
         }
         let bytes = writer.into_inner().map_err(|e| failed(&e))?;

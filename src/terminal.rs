@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpcgear::Error;
+use mpcgear::escape::terminal;
 use mpcgear::search::Progress;
 
 /// Watches a design run: shows its progress and tells it when to stop.
@@ -109,8 +110,8 @@ pub fn complain(error: &Error, json: bool) {
     if json {
         let value =
             serde_json::json!({ "error": error.to_string(), "exit_code": error.exit_code() });
-        eprintln!("{value}");
+        eprintln!("{}", terminal(&value.to_string()));
     } else {
-        eprintln!("error: {error}");
+        eprintln!("error: {}", terminal(&error.to_string()));
     }
 }

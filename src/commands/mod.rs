@@ -82,7 +82,7 @@ fn say(cli: &Cli, text: &str) -> Result<u8> {
 
 /// Writes a line to standard output; a closed pipe is no error.
 fn print_out(text: &str) -> Result<()> {
-    match writeln!(std::io::stdout(), "{text}") {
+    match writeln!(std::io::stdout(), "{}", mpcgear::escape::terminal(text)) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::io("standard output")(error))
         }

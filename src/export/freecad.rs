@@ -14,7 +14,7 @@ use super::tables;
 use crate::design::{Design, Station};
 use crate::motion::Motion;
 use crate::solid::{rib, sweep};
-use crate::{Error, Result};
+use crate::{Error, Result, escape};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
@@ -67,6 +67,7 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
         ));
     }
     let mut environment = Environment::new();
+    escape::filters(&mut environment);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let min_q = design.closure.iter().map(|s| s.q).reduce(f64::min);
     environment
@@ -74,8 +75,8 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
             TEMPLATE,
             context! {
                 stem => stem(design),
-                name => one_line(&design.name),
-                generator => one_line(&super::maker(design)),
+                name => design.name.clone(),
+                generator => super::maker(design),
                 version => env!("CARGO_PKG_VERSION"),
                 date => date,
                 class => design.class.to_string(),
@@ -94,19 +95,6 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
 fn standalone(module: &str) -> String {
     let lines = module.lines().filter(|line| !line.starts_with("from ."));
     lines.map(|line| format!("{line}\n")).collect()
-}
-
-/// Text for a comment or a quoted string: no line ends, quotes or backslashes.
-fn one_line(text: &str) -> String {
-    text.chars()
-        .map(|c| {
-            if c.is_control() || "\"'\\".contains(c) {
-                ' '
-            } else {
-                c
-            }
-        })
-        .collect()
 }
 
 /// What the builder reads of a design: `design.json` without the motion and the search's variables,

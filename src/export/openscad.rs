@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::scad_csg::{self, Module};
 use super::scad_customizer::{Entry, Group, Spokes, fixed, groups, tooth_group, used_parameters};
 use super::scad_teeth::{self, number};
-use super::template::{one_line, render};
+use super::template::render;
 use super::{Source, tables};
 use crate::motion::Class;
 use crate::solid::expression::Values;
@@ -160,10 +160,10 @@ fn about(source: &Source, what: &str) -> About {
     let q_min = tables::Summary::of(design).q_min;
     About {
         what: what.into(),
-        name: one_line(&design.name),
+        name: design.name.clone(),
         motion: kind.unwrap_or_else(|| "motion".into()),
         class: design.class.to_string(),
-        generator: one_line(&super::maker(design)),
+        generator: super::maker(design),
         center_distance: number(design.settings.gear.center_distance_mm, 4),
         k: design.sub_gear_pairs.len(),
         j: design.settings.gear.teeth,

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::scad_teeth::{self, number};
-use super::template::one_line;
 use super::{Source, scad_csg};
 use crate::design::Design;
 use crate::solid::recipe::{Body, Parameter, Recipe};
@@ -27,7 +26,7 @@ impl Entry {
             min: number(p.min, 4),
             max: number(p.max, 4),
             step: if p.max - p.min < 2.0 { "0.01" } else { "0.1" },
-            description: one_line(&p.description),
+            description: p.description.clone(),
         }
     }
 }

@@ -52,7 +52,7 @@ fn drawing(title: &str, mesh: &Mesh) -> Result<String> {
          viewBox=\"0 0 {w:.3} {h:.3}\">\n<title>{t}</title>\n",
         w = sheet.0,
         h = sheet.1,
-        t = super::threemf::escaped(title),
+        t = crate::escape::markup(title),
     );
     for (i, z) in heights.into_iter().enumerate() {
         let left = MARGIN + i as f64 * (size.x + MARGIN);

@@ -5,7 +5,7 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
-use crate::{Error, Result};
+use crate::{Error, Result, escape};
 
 const TEMPLATES: [(&str, &str); 12] = [
     ("header", include_str!("../../templates/scad_header.jinja")),
@@ -44,6 +44,7 @@ const TEMPLATES: [(&str, &str); 12] = [
 pub fn render(template: &str, values: impl Serialize) -> Result<String> {
     let fail = |e: minijinja::Error| Error::Internal(format!("template {template}: {e:#}"));
     let mut environment = Environment::new();
+    escape::filters(&mut environment);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(
         SyntaxConfig::builder()
@@ -60,9 +61,4 @@ pub fn render(template: &str, values: impl Serialize) -> Result<String> {
         .get_template(template)
         .and_then(|t| t.render(Serde(&values)))
         .map_err(fail)
-}
-
-/// Text that cannot end a comment.
-pub(super) fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

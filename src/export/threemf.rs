@@ -89,7 +89,7 @@ fn model(source: &Source, bodies: &[&SolidBody]) -> std::result::Result<String, 
         writeln!(
             xml,
             r#" <metadata name="{name}">{}</metadata>"#,
-            escaped(value)
+            crate::escape::markup(value)
         )?;
     }
     writeln!(xml, " <resources>")?;
@@ -98,7 +98,7 @@ fn model(source: &Source, bodies: &[&SolidBody]) -> std::result::Result<String, 
         writeln!(
             xml,
             r#"   <base name="{}" displaycolor="{}"/>"#,
-            escaped(&body.name),
+            crate::escape::markup(&body.name),
             colour(&body.name)
         )?;
     }
@@ -108,7 +108,7 @@ fn model(source: &Source, bodies: &[&SolidBody]) -> std::result::Result<String, 
             xml,
             r#"  <object id="{}" type="model" name="{}" pid="1" pindex="{i}">"#,
             i + 2,
-            escaped(&body.name)
+            crate::escape::markup(&body.name)
         )?;
         write_mesh(&mut xml, &body.mesh)?;
         writeln!(xml, "  </object>")?;
@@ -149,12 +149,4 @@ fn transform(pose: &Pose) -> String {
         .map(|x| format!("{:.9}", x + 0.0))
         .collect();
     numbers.join(" ")
-}
-
-/// Text for XML.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }

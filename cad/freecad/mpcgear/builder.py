@@ -265,7 +265,10 @@ class BodyBuilder:
     def primitive(self, feature, group):
         """One recipe feature as a parametric Part primitive."""
         (kind, shape), = feature["shape"].items()
-        made = getattr(self, kind)(feature["name"], shape, group)
+        makers = {"cone": self.cone, "block": self.block, "ball": self.ball, "prism": self.prism}
+        if kind not in makers:
+            raise ValueError("feature %s of the design has an unknown shape: %s" % (feature["name"], kind))
+        made = makers[kind](feature["name"], shape, group)
         made.Label = "%s %s" % (self.name, feature["name"])
         return made
 
