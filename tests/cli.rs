@@ -124,7 +124,7 @@ fn bad_files_are_refused() {
     let huge = folder("");
     let file = fs::File::create(huge.path().join("my.toml")).unwrap();
     file.set_len(100_000_000).unwrap(); // sparse: takes no room
-    refused(huge.path(), &design, &["100 MB", "allowed 50 MB"]);
+    refused(huge.path(), &design, &["100 MB", "allowed 4 MB"]);
 }
 
 #[test]

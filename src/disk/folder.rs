@@ -245,8 +245,7 @@ fn undo(made: &[PathBuf]) {
 fn locate(path: &Path) -> std::io::Result<(PathBuf, Vec<PathBuf>)> {
     if path.symlink_metadata().is_ok() {
         if !path.is_dir() {
-            let what = "is not a folder; choose another name";
-            return Err(IoError::new(ErrorKind::NotADirectory, what));
+            return Err(no_folder(path));
         }
         return Ok((fs::canonicalize(path)?, Vec::new()));
     }
@@ -264,8 +263,7 @@ fn locate(path: &Path) -> std::io::Result<(PathBuf, Vec<PathBuf>)> {
     if let Some(above) = above
         && !above.is_dir()
     {
-        let what = format!("{} is not a folder", above.display());
-        return Err(IoError::new(ErrorKind::NotADirectory, what));
+        return Err(no_folder(above));
     }
     for (i, folder) in missing.iter().enumerate() {
         if let Err(error) = calls::make_dir(folder) {
@@ -274,6 +272,11 @@ fn locate(path: &Path) -> std::io::Result<(PathBuf, Vec<PathBuf>)> {
         }
     }
     Ok((fs::canonicalize(parent)?.join(name), missing))
+}
+
+fn no_folder(path: &Path) -> IoError {
+    let what = format!("{} is not a folder", path.display());
+    IoError::new(ErrorKind::NotADirectory, what)
 }
 
 /// The lock of a folder, beside it; within it where the parent takes no files.
