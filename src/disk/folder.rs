@@ -195,7 +195,7 @@ impl Folder {
             _ => &self.real,
         };
         Stage::new(place, &self.name).map_err(|error| {
-            let what = format!("nothing can be written in {}: {error}", place.display());
+            let what = nothing_in(place, &error);
             Error::io(&self.path)(IoError::new(error.kind(), what))
         })
     }
@@ -282,14 +282,21 @@ fn no_folder(path: &Path) -> IoError {
 /// The lock of a folder, beside it; within it where the parent takes no files.
 fn lock(real: &Path, name: &str) -> std::io::Result<Lock> {
     let file = format!("{PREFIX}{name}.lock");
-    let beside = real.parent().map(|parent| Lock::take(parent.join(&file)));
-    match beside {
-        Some(Err(error)) if error.kind() != ErrorKind::WouldBlock && real.is_dir() => {
-            Lock::take(real.join(file))
-        }
+    let take = |place: &Path| {
+        Lock::take(place.join(&file)).map_err(|error| match error.kind() {
+            ErrorKind::WouldBlock | ErrorKind::AlreadyExists => error,
+            kind => IoError::new(kind, nothing_in(place, &error)),
+        })
+    };
+    match real.parent().map(take) {
+        Some(Err(error)) if error.kind() != ErrorKind::WouldBlock && real.is_dir() => take(real),
         Some(taken) => taken,
-        None => Lock::take(real.join(file)),
+        None => take(real),
     }
+}
+
+fn nothing_in(place: &Path, error: &IoError) -> String {
+    format!("nothing can be written in {}: {error}", place.display())
 }
 
 /// Names of the entries that are the user's.
