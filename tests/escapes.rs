@@ -227,3 +227,60 @@ fn terminals_get_no_commands_and_json_stays_what_it_was() {
         );
     }
 }
+
+/// Runs a program that the test setup installs and returns what it prints.
+fn printed(program: &str, arguments: &[&str], folder: &std::path::Path) -> String {
+    let output = std::process::Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap_or_else(|e| panic!("{program}: {e}; .ci/setup --tests installs it"));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{program}: {told}");
+    assert!(
+        !told.contains("WARNING") && !told.contains("ERROR"),
+        "{told}"
+    );
+    String::from_utf8(output.stdout).expect("text")
+}
+
+#[test]
+fn python_reads_every_text_as_one_string() {
+    let place = tempfile::tempdir().expect("a folder");
+    let mut script = "import json\ntexts = []\n".to_string();
+    for text in hostile() {
+        let (note, text) = (comment(&text), python(&text));
+        script += &format!("# {note}\ntexts.append(\"{text}\")\ntexts.append('{text}')\n");
+    }
+    script += "print(json.dumps(texts))\n";
+    std::fs::write(place.path().join("texts.py"), script).expect("written");
+    let read: Vec<String> =
+        serde_json::from_str(&printed("python3", &["texts.py"], place.path())).expect("a list");
+    let twice = |text: &String| [words(text), words(text)];
+    assert_eq!(read, hostile().iter().flat_map(twice).collect::<Vec<_>>());
+}
+
+#[test]
+fn openscad_runs_none_of_the_texts() {
+    let place = tempfile::tempdir().expect("a folder");
+    let mut script = String::new();
+    for (i, text) in hostile().iter().enumerate() {
+        let (note, text) = (comment(text), scad(text));
+        script += &format!("/* [{note}] */\n// {note}\ntext_{i} = \"{text}\"; // {note}\n");
+        script += &format!("echo({i}, len(text_{i}));\n");
+    }
+    std::fs::write(place.path().join("texts.scad"), script).expect("written");
+    printed(
+        "openscad",
+        &["-o", "texts.echo", "texts.scad"],
+        place.path(),
+    );
+    let echoed = std::fs::read_to_string(place.path().join("texts.echo")).expect("echoed");
+    let texts = hostile();
+    let expected = texts.iter().enumerate();
+    let expected = expected.map(|(i, text)| format!("ECHO: {i}, {}", words(text).chars().count()));
+    assert_eq!(
+        echoed.lines().collect::<Vec<_>>(),
+        expected.collect::<Vec<_>>()
+    );
+}
