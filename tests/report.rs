@@ -102,6 +102,7 @@ struct Seen {
 /// Added to the page: collects errors from the start and, when all is drawn, tells what is there.
 const WATCH: &str = "<script>window.seenErrors = [];
   addEventListener('error', (e) => seenErrors.push(e.message));
+  addEventListener('securitypolicyviolation', (e) => seenErrors.push(e.effectiveDirective + ' blocks ' + e.blockedURI));
   addEventListener('unhandledrejection', (e) => seenErrors.push(String(e.reason)));
   for (const level of ['error', 'warn']) console[level] = (...a) => seenErrors.push(a.join(' '));</script>";
 const PROBE: &str = "<script>setTimeout(() => {
@@ -135,12 +136,30 @@ const PROBE: &str = "<script>setTimeout(() => {
   document.body.append(out);
 }, 500);</script>";
 
+/// A script that got into the page somehow.
+const INTRUDER: &str = "<script>document.body.textContent = '';</script>";
+
+/// [`PROBE`] as the page's policy knows it.
+fn probe_hash() -> String {
+    use base64::{Engine, engine::general_purpose::STANDARD};
+    use sha2::{Digest, Sha256};
+    let text = PROBE
+        .strip_prefix("<script>")
+        .and_then(|t| t.strip_suffix("</script>"));
+    STANDARD.encode(Sha256::digest(text.expect("a script")))
+}
+
 /// Runs Debian's Chromium without a display on `html` and returns what [`PROBE`] saw.
 fn in_browser(html: &str, name: &str) -> Seen {
     let page = scratch(name);
     let probed = html
         .replacen("<head>", &format!("<head>{WATCH}"), 1)
-        .replacen("</body>", &format!("{PROBE}</body>"), 1);
+        .replacen("</body>", &format!("{INTRUDER}{PROBE}</body>"), 1)
+        .replacen(
+            "script-src ",
+            &format!("script-src 'sha256-{}' ", probe_hash()),
+            1,
+        );
     std::fs::write(&page, probed).unwrap();
     let profile = tempfile::tempdir().unwrap();
     let output = std::process::Command::new("chromium")
@@ -190,7 +209,7 @@ fn a_browser_shows_the_mechanism_moves_it_and_plots_the_figures() {
     );
     let html = with_input(design, report::html).unwrap();
     let seen = in_browser(&html, "spherical.html");
-    assert!(seen.errors.is_empty(), "{:?}", seen.errors);
+    assert_eq!(seen.errors, ["script-src-elem blocks inline"]);
     assert!(
         seen.colors > 30,
         "only {} colours: blank canvas",
@@ -397,5 +416,5 @@ fn a_draft_without_solids_or_teeth_still_has_a_report() {
     let html = report::html(&evidence.input(&source, "")).unwrap();
     assert!(html.contains("<b>Draft.</b>") && html.contains("no compatible second band"));
     let seen = in_browser(&html, "draft.html");
-    assert!(seen.errors.is_empty(), "{:?}", seen.errors);
+    assert_eq!(seen.errors, ["script-src-elem blocks inline"]);
 }

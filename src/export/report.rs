@@ -289,29 +289,51 @@ pub(super) fn render(template: &str, values: Value) -> Result<String> {
         environment.add_template(name, text).map_err(failed)?;
     }
     // Inlined as they are: the page has to work without anything beside it.
-    for (name, text) in [
-        ("style", include_str!("../../templates/page.css")),
-        ("viewer", include_str!("../../templates/viewer.js")),
-        ("charts", include_str!("../../templates/charts.js")),
-        (
-            "three",
-            include_str!("../../templates/vendor/three/three.bundle.min.js"),
-        ),
-        (
-            "uplot",
-            include_str!("../../templates/vendor/uplot/uPlot.iife.min.js"),
-        ),
-        (
-            "uplot_style",
-            include_str!("../../templates/vendor/uplot/uPlot.min.css"),
-        ),
-    ] {
+    let inlined = SCRIPTS.into_iter().chain(STYLES);
+    for (name, text) in inlined {
         environment.add_global(name, Value::from_safe_string(text.to_string()));
     }
+    environment.add_global("policy", Value::from_safe_string(policy()));
     environment
         .get_template(template)
         .and_then(|t| t.render(values))
         .map_err(failed)
+}
+
+/// Scripts of the pages, by the name that the templates call them.
+const SCRIPTS: [(&str, &str); 5] = [
+    ("viewer", include_str!("../../templates/viewer.js")),
+    ("charts", include_str!("../../templates/charts.js")),
+    ("compare", include_str!("../../templates/compare.js")),
+    (
+        "three",
+        include_str!("../../templates/vendor/three/three.bundle.min.js"),
+    ),
+    (
+        "uplot",
+        include_str!("../../templates/vendor/uplot/uPlot.iife.min.js"),
+    ),
+];
+const STYLES: [(&str, &str); 2] = [
+    ("style", include_str!("../../templates/page.css")),
+    (
+        "uplot_style",
+        include_str!("../../templates/vendor/uplot/uPlot.min.css"),
+    ),
+];
+
+/// Content security policy of the pages: they load nothing, and of scripts only ours run, told by
+/// their hashes; text that slipped into a page could not become one.
+fn policy() -> String {
+    use base64::{Engine, engine::general_purpose::STANDARD};
+    use sha2::{Digest, Sha256};
+    let hashes =
+        SCRIPTS.map(|(_, text)| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(text))));
+    format!(
+        "default-src 'none'; script-src {}; style-src 'unsafe-inline'; img-src data: blob:; \
+         font-src data:; base-uri 'none'; form-action 'none'",
+        hashes.join(" ")
+    )
 }
 
 /// JSON that can stand inside a script element: nothing in it can end the element.
