@@ -24,21 +24,23 @@ use crate::terminal::Watch;
 pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
     let (mut file, motion) = MotionFile::read_draft(&args.file)?;
     override_settings(&mut file, args)?;
-    let target = Target::claim(&args.out)?;
-    let watch = Watch::new(cli.quiet || cli.json, file.settings.search.time_limit_s);
+    let job = Job {
+        cli,
+        target: Target::claim(&args.out)?,
+        watch: Watch::new(cli.quiet || cli.json, file.settings.search.time_limit_s),
+    };
     let motion = match motion {
         Ok(motion) => motion,
-        Err(error) => return give_up(cli, &target, (&file, None), error, &watch),
+        Err(error) => return job.give_up(&file, None, error),
     };
-    let outcome = pipeline::run(&file, &motion, &mut |progress| watch.tell(progress));
-    watch.finish();
+    let outcome = pipeline::run(&file, &motion, &mut |progress| job.watch.tell(progress));
+    job.watch.finish();
     match outcome {
-        Ok(outcome) => deliver((cli, args), &target, (&motion, &outcome), &watch),
-        Err(Error::Interrupted) if !watch.interrupted() => {
-            let error = out_of_time(&file);
-            give_up(cli, &target, (&file, Some(&motion)), error, &watch)
+        Ok(outcome) => job.deliver(&args.file, &motion, &outcome),
+        Err(Error::Interrupted) if !job.watch.interrupted() => {
+            job.give_up(&file, Some(&motion), out_of_time(&file))
         }
-        Err(error) => give_up(cli, &target, (&file, Some(&motion)), error, &watch),
+        Err(error) => job.give_up(&file, Some(&motion), error),
     }
 }
 
@@ -63,82 +65,81 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
     }
 }
 
-fn deliver(
-    (cli, args): (&Cli, &DesignArgs),
-    target: &Target,
-    (motion, outcome): (&Motion, &Outcome),
-    watch: &Watch,
-) -> Result<u8> {
-    let design = &outcome.design;
-    let mut summary = Summary::of(design);
-    summary.conjugation_residual_max = Some(outcome.residual);
-    if let Some(proof) = outcome.check.as_ref().and_then(|c| c.proof.as_ref()) {
-        let overlap = proof.overlap_max_mm3();
-        summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
-        summary.escapes = Some(proof.escapes.len());
-        let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
-        summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
-    }
-    summary.stopped = outcome.stop == StopReason::Stopped;
-    summary.wall_seconds = watch.seconds();
-    let source = Source {
-        design,
-        motion,
-        solids: Some(&outcome.solids),
-    };
-    let mut files = export::files(&source, &summary)?;
-    let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
-    let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
-    let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-    files.push(super::report::page(&source, claims, (&paths, &text))?);
-    let works = design.problems.is_empty();
-    let folder = target.folder(works);
-    folder.publish(&files)?;
-    show(cli, &summary, folder.path())?;
-    Ok(match (watch.interrupted(), works) {
-        (true, _) => 130,
-        (false, true) => 0,
-        (false, false) => 3,
-    })
+/// One run: who asked, where the result goes, how long it takes.
+struct Job<'a> {
+    cli: &'a Cli,
+    target: Target,
+    watch: Watch,
 }
 
-/// Writes the draft of a motion that cannot be made and hands the error on; other errors leave nothing.
-fn give_up(
-    cli: &Cli,
-    target: &Target,
-    (file, motion): (&MotionFile, Option<&Motion>),
-    error: Error,
-    watch: &Watch,
-) -> Result<u8> {
-    if let Error::Infeasible {
-        reason,
-        place,
-        hint,
-    } = &error
-    {
-        let mut draft = Design::draft(file);
-        draft.problems = vec![format!("{reason} ({place}); {hint}")];
-        let mut summary = Summary::of(&draft);
-        summary.wall_seconds = watch.seconds();
-        let files = match motion {
-            Some(motion) => export::files(
-                &Source {
-                    design: &draft,
-                    motion,
-                    solids: None,
-                },
-                &summary,
-            )?,
-            None => vec![
-                export::File::new("design.json", file::text(&draft)?),
-                export::File::new("summary.json", tables::summary_json(&summary)?),
-            ],
+impl Job<'_> {
+    /// Writes what was found and tells of it; `asked` is the motion file.
+    fn deliver(&self, asked: &Path, motion: &Motion, outcome: &Outcome) -> Result<u8> {
+        let design = &outcome.design;
+        let mut summary = Summary::of(design);
+        summary.conjugation_residual_max = Some(outcome.residual);
+        if let Some(proof) = outcome.check.as_ref().and_then(|c| c.proof.as_ref()) {
+            let overlap = proof.overlap_max_mm3();
+            summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
+            summary.escapes = Some(proof.escapes.len());
+            let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
+            summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
+        }
+        summary.stopped = outcome.stop == StopReason::Stopped;
+        summary.wall_seconds = self.watch.seconds();
+        let source = Source {
+            design,
+            motion,
+            solids: Some(&outcome.solids),
         };
-        let folder = target.folder(false);
+        let mut files = export::files(&source, &summary)?;
+        let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
+        let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
+        let text = std::fs::read_to_string(asked).unwrap_or_default();
+        files.push(super::report::page(&source, claims, (&paths, &text))?);
+        let works = design.problems.is_empty();
+        let folder = self.target.folder(works);
         folder.publish(&files)?;
-        show(cli, &summary, folder.path())?;
+        show(self.cli, &summary, folder.path())?;
+        Ok(match (self.watch.interrupted(), works) {
+            (true, _) => 130,
+            (false, true) => 0,
+            (false, false) => 3,
+        })
     }
-    Err(error)
+
+    /// Writes the draft of a motion that cannot be made and hands the error on; other errors leave nothing.
+    fn give_up(&self, file: &MotionFile, motion: Option<&Motion>, error: Error) -> Result<u8> {
+        if let Error::Infeasible {
+            reason,
+            place,
+            hint,
+        } = &error
+        {
+            let mut draft = Design::draft(file);
+            draft.problems = vec![format!("{reason} ({place}); {hint}")];
+            let mut summary = Summary::of(&draft);
+            summary.wall_seconds = self.watch.seconds();
+            let files = match motion {
+                Some(motion) => export::files(
+                    &Source {
+                        design: &draft,
+                        motion,
+                        solids: None,
+                    },
+                    &summary,
+                )?,
+                None => vec![
+                    export::File::new("design.json", file::text(&draft)?),
+                    export::File::new("summary.json", tables::summary_json(&summary)?),
+                ],
+            };
+            let folder = self.target.folder(false);
+            folder.publish(&files)?;
+            show(self.cli, &summary, folder.path())?;
+        }
+        Err(error)
+    }
 }
 
 fn out_of_time(file: &MotionFile) -> Error {

@@ -52,10 +52,7 @@ fn create(path: &Path, text: &str) -> Result<()> {
         .create_new(true)
         .open(path)
         .map_err(|error| {
-            let parent = path
-                .parent()
-                .filter(|p| !p.as_os_str().is_empty())
-                .unwrap_or(Path::new("."));
+            let parent = mpcgear::disk::folder_of(path);
             let what = match error.kind() {
                 ErrorKind::AlreadyExists => {
                     "exists already and is left as it is; choose another name".into()

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mpcgear::Result;
 use mpcgear::design::{Stored, file as stored};
-use mpcgear::disk::Folder;
+use mpcgear::disk::{self, Folder};
 use mpcgear::export::evidence::Evidence;
 use mpcgear::export::report;
 use mpcgear::export::{File, Source};
@@ -39,8 +39,7 @@ pub fn run(cli: &Cli, folder: &Path, png: Option<&Path>) -> Result<u8> {
     let found = check::of(cli, &source, &file)?;
     let page = page(&source, &found.claims, (&beside(&file), ""))?;
     let path = file.with_file_name(&page.path);
-    let folder = file.parent().filter(|p| !p.as_os_str().is_empty());
-    Folder::open(folder.unwrap_or(Path::new(".")))?.add(&[page])?;
+    Folder::open(disk::folder_of(&file))?.add(&[page])?;
     say(cli, &format!("written: {}", path.display()))
 }
 
@@ -69,7 +68,7 @@ fn beside(design: &Path) -> Vec<PathBuf> {
     };
     let owned = |path: &PathBuf| {
         let name = path.file_name().and_then(|n| n.to_str());
-        name.is_some_and(|n| n != "report.html" && mpcgear::disk::OWNED.contains(&n))
+        name.is_some_and(|n| n != "report.html" && disk::OWNED.contains(&n))
     };
     list(folder)
         .into_iter()

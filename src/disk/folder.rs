@@ -14,7 +14,7 @@
 //! after a list of them was written, which the next run finishes if a kill came between. `design.json`
 //! is then replaced in one step and never missing.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::{Error as IoError, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -79,7 +79,10 @@ impl Folder {
             lock: Some(lock),
         };
         folder.recover().map_err(Error::io(path))?;
-        folder.stage(folder.exchange)?;
+        if !folder.exchange {
+            // That it can be exchanged was tried with a stage.
+            folder.stage(false)?;
+        }
         Ok(folder)
     }
 
@@ -132,14 +135,14 @@ impl Folder {
             return calls::rename(&new, &self.real).map_err(io);
         }
         if exchange && self.exchange(&new).map_err(Error::io(&self.path))? {
-            return Ok(());
+            return self.rescue(stage).map_err(io);
         }
         let (put, remove): (Vec<PathBuf>, Vec<PathBuf>) = OWNED
             .iter()
             .map(PathBuf::from)
             .partition(|name| new.join(name).exists());
         let changes = Changes { put, remove };
-        changes.commit(&self.real, &stage).map_err(io)
+        changes.commit(&self.real, stage).map_err(io)
     }
 
     /// Writes `files` among what is there, all of them or none.
@@ -157,7 +160,7 @@ impl Folder {
             put: files.iter().map(|file| file.path.clone()).collect(),
             remove: Vec::new(),
         };
-        changes.commit(&self.real, &stage).map_err(io)
+        changes.commit(&self.real, stage).map_err(io)
     }
 
     fn fill(&self, stage: &Stage, files: &[File]) -> Result<()> {
@@ -173,18 +176,29 @@ impl Folder {
 
     /// Exchanges the folder for `new`; false where the file system cannot.
     fn exchange(&self, new: &Path) -> std::io::Result<bool> {
-        for own in users(&self.real) {
+        for own in users(&self.real)? {
             link_tree(&self.real.join(&own), &new.join(&own))?;
         }
         fs::set_permissions(new, fs::metadata(&self.real)?.permissions())?;
         match calls::exchange(new, &self.real) {
-            Ok(()) => {}
-            Err(error) if cannot(&error) => return Ok(false),
-            Err(error) => return Err(error),
+            Ok(()) => Ok(true),
+            Err(error) if cannot(&error) => Ok(false),
+            Err(error) => Err(error),
         }
-        // What the user put there meanwhile.
-        rescue(new, &self.real)?;
-        Ok(true)
+    }
+
+    /// Moves the user's entries that are in a stage only to the folder: what was put there while it
+    /// was exchanged. A stage that cannot be emptied stays.
+    fn rescue(&self, stage: Stage) -> std::io::Result<()> {
+        let new = stage.new_contents();
+        if !new.is_dir() || !self.real.is_dir() {
+            return Ok(());
+        }
+        let moved = users(&new).and_then(|names| {
+            let mut names = names.iter();
+            names.try_for_each(|name| merge(&new.join(name), &self.real.join(name)))
+        });
+        moved.map_err(|error| stage.leave(&error))
     }
 
     /// A hidden folder on the target's file system: beside it to be exchanged for it, else within it.
@@ -202,16 +216,15 @@ impl Folder {
 
     /// Finishes or clears away what killed runs left of their stages.
     fn recover(&self) -> std::io::Result<()> {
-        for stage in Stage::left(&self.real, &self.name) {
-            Changes::resume(&self.real, &stage)?;
-        }
         let parent = self.real.parent().unwrap_or(&self.real);
-        for stage in Stage::left(parent, &self.name) {
-            if self.real.is_dir() {
-                rescue(&stage.new_contents(), &self.real)?;
-            }
-        }
-        Ok(())
+        let inside = Stage::left(&self.real, &self.name).into_iter();
+        let beside = Stage::left(parent, &self.name).into_iter();
+        let inside = inside.map(|stage| Changes::resume(&self.real, stage));
+        // All are tried, whatever one of them says: an untried stage would be cleared away.
+        let tried: Vec<_> = inside
+            .chain(beside.map(|stage| self.rescue(stage)))
+            .collect();
+        tried.into_iter().collect()
     }
 }
 
@@ -300,20 +313,22 @@ fn nothing_in(place: &Path, error: &IoError) -> String {
 }
 
 /// Names of the entries that are the user's.
-fn users(folder: &Path) -> Vec<std::ffi::OsString> {
+fn users(folder: &Path) -> std::io::Result<Vec<OsString>> {
     let ours = |name: &OsStr| {
         let name = name.to_str();
         name.is_some_and(|n| OWNED.contains(&n) || n.starts_with(PREFIX))
     };
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let names = entries.map(|entry| entry.file_name());
-    let mut users: Vec<_> = names.filter(|name| !ours(name)).collect();
+    let mut users = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        users.push(entry?.file_name());
+    }
+    users.retain(|name| !ours(name));
     users.sort();
-    users
+    Ok(users)
 }
 
 /// The same files under `to` as under `from`; what is neither file, folder nor link is left to
-/// [`rescue`].
+/// [`Folder::rescue`].
 fn link_tree(from: &Path, to: &Path) -> std::io::Result<()> {
     let kind = from.symlink_metadata()?.file_type();
     if kind.is_dir() {
@@ -330,14 +345,7 @@ fn link_tree(from: &Path, to: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Moves the user's entries of `from` that are missing in `to`, however deep.
-fn rescue(from: &Path, to: &Path) -> std::io::Result<()> {
-    for name in users(from) {
-        merge(&from.join(&name), &to.join(&name))?;
-    }
-    Ok(())
-}
-
+/// Moves what is missing at `to` there, however deep.
 fn merge(from: &Path, to: &Path) -> std::io::Result<()> {
     let is_dir = |path: &Path| path.symlink_metadata().is_ok_and(|m| m.is_dir());
     if to.symlink_metadata().is_err() {
@@ -425,15 +433,18 @@ mod tests {
             .collect()
     }
 
+    fn publish(out: &Path, mark: &str) {
+        let folder = Folder::claim(out).expect("claimed");
+        folder.publish(&design(mark)).expect("published");
+    }
+
     /// Publishes over an old design with the user's files beside it, killed before every call in turn.
     /// Returns how many there are.
     fn killed_everywhere(exchange: bool, after_kill: impl Fn(&Path)) -> usize {
         for calls_left in 0.. {
             let place = tempfile::tempdir().expect("a folder");
             let out = place.path().join("out");
-            let first = Folder::claim(&out).expect("claimed");
-            first.publish(&design("old")).expect("published");
-            drop(first);
+            publish(&out, "old");
             fs::write(out.join("notes.txt"), "mine").expect("written");
             fs::create_dir(out.join("cad")).expect("made");
             fs::write(out.join("cad/arm.scad"), "arm").expect("written");
@@ -484,6 +495,31 @@ mod tests {
             assert_eq!(fs::read(out.join("notes.txt")).expect("kept"), b"mine");
         });
         assert!(kills > 25, "{kills} kills");
+    }
+
+    #[test]
+    fn what_killed_runs_left_is_put_back_and_never_cleared_away_unread() {
+        let place = tempfile::tempdir().expect("a folder");
+        let out = place.path().join("out");
+        publish(&out, "old");
+        let left = |place: &Path, id: &str| {
+            let stage = place.join(format!("{PREFIX}out-{id}"));
+            fs::create_dir_all(stage.join("new/notes")).expect("made");
+            fs::write(stage.join("new/notes/late.txt"), "late").expect("written");
+            stage
+        };
+        // A list that nobody can read, and what the user put there during an exchange.
+        let unreadable = left(&out, "aaaaaaaaaaaa");
+        fs::write(unreadable.join("changes.json"), "{").expect("written");
+        let exchanged = left(place.path(), "bbbbbbbbbbbb");
+        let error = Folder::claim(&out).expect_err("unfinished").to_string();
+        assert!(error.contains("aaaaaaaaaaaa"), "{error}");
+        assert!(unreadable.join("new/notes/late.txt").exists());
+        assert!(!exchanged.exists(), "the other one is done");
+        let late = fs::read_to_string(out.join("notes/late.txt"));
+        assert_eq!(late.expect("put back"), "late");
+        fs::remove_dir_all(unreadable).expect("removed by hand");
+        Folder::claim(&out).expect("free");
     }
 
     #[test]

@@ -23,31 +23,39 @@ const LIST: &str = "changes.json";
 const OLD: &str = "old";
 
 impl Changes {
-    /// Carries the changes out in `folder` with what is ready in `stage`, or none of them.
-    pub fn commit(&self, folder: &Path, stage: &Stage) -> Result<()> {
+    /// Carries the changes out in `folder` with what is ready in `stage`, or none of them. A stage that
+    /// still holds something of the folder stays.
+    pub fn commit(&self, folder: &Path, stage: Stage) -> Result<()> {
         let list = serde_json::to_vec(self)?;
         let (draft, list_path) = (stage.path().join("draft"), stage.path().join(LIST));
         calls::write_new(&draft, &list)?;
         calls::rename(&draft, &list_path)?;
         let mut done = Vec::new();
-        let result = self.carry_out(folder, stage, &mut done);
-        if result.is_err() {
-            for (there, back) in done.iter().rev() {
-                // Nothing better can be done if this fails too: the first error is reported.
-                let _ = calls::rename(there, back);
+        let result = self.carry_out(folder, &stage, &mut done);
+        result.map_err(|error| {
+            let mut undo = done.iter().rev();
+            let undone = undo
+                .try_for_each(|(there, back)| calls::rename(there, back))
+                .and_then(|()| calls::remove_file(&list_path));
+            match undone {
+                Ok(()) => error,
+                // The next run finishes what could neither be done nor undone.
+                Err(_) => stage.leave(&error),
             }
-            let _ = calls::remove_file(&list_path);
-        }
-        result
+        })
     }
 
-    /// Goes on with changes that a kill interrupted; nothing if they were never decided on.
-    pub fn resume(folder: &Path, stage: &Stage) -> Result<()> {
-        let Ok(list) = std::fs::read(stage.path().join(LIST)) else {
-            return Ok(());
+    /// Goes on with changes that a kill interrupted; nothing if they were never decided on. A stage
+    /// that cannot be finished stays.
+    pub fn resume(folder: &Path, stage: Stage) -> Result<()> {
+        let list = match std::fs::read(stage.path().join(LIST)) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            list => list,
         };
-        let changes: Changes = serde_json::from_slice(&list)?;
-        changes.carry_out(folder, stage, &mut Vec::new())
+        let finished = list
+            .and_then(|list| Ok(serde_json::from_slice::<Changes>(&list)?))
+            .and_then(|changes| changes.carry_out(folder, &stage, &mut Vec::new()));
+        finished.map_err(|error| stage.leave(&error))
     }
 
     /// Notes in `done` the renames that undo what was done, last first.

@@ -30,15 +30,21 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
             what,
         )));
     }
-    let folder = match path.parent() {
+    let written = new_file()
+        .tempfile_in(folder_of(path))
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.persist(path).map_err(|e| e.error)
+        });
+    written.map(|_| ()).map_err(|e| Error::io(path)(plain(e)))
+}
+
+/// The folder that a file is in; `.` for a bare name.
+pub fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
-    };
-    let written = new_file().tempfile_in(folder).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.persist(path).map_err(|e| e.error)
-    });
-    written.map(|_| ()).map_err(|e| Error::io(path)(plain(e)))
+    }
 }
 
 /// A temporary file that anybody may read once it has its place, as any other file.

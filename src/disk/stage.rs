@@ -1,6 +1,6 @@
 //! The hidden folder in which new contents are made ready, under a name that nobody can guess.
 
-use std::io::Result;
+use std::io::{Error, Result};
 use std::path::{Path, PathBuf};
 
 use super::calls;
@@ -58,6 +58,19 @@ impl Stage {
     /// Where new contents are made ready.
     pub fn new_contents(&self) -> PathBuf {
         self.path.join("new")
+    }
+}
+
+impl Stage {
+    /// Leaves the stage where it is, since it may hold what is nowhere else: the next run tries again.
+    /// Returns `error` with the place.
+    pub fn leave(self, error: &Error) -> Error {
+        let what = format!(
+            "{error}; what was to be written is in {}",
+            self.path.display()
+        );
+        std::mem::forget(self);
+        Error::new(error.kind(), what)
     }
 }
 

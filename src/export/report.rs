@@ -14,6 +14,7 @@ use super::curves::{self, Plot};
 use super::figures::{self, Figure};
 use super::picture::{self, View};
 use crate::design::Design;
+use crate::disk::write_whole;
 use crate::load::contacts::Configuration;
 use crate::load::sensitivity::Sensitivity;
 use crate::load::{LoadReport, Sampling};
@@ -113,7 +114,7 @@ struct ScenePart<'a> {
 /// [`Error::Io`] when the file cannot be written,
 /// [`Error::Internal`] when the template fails.
 pub fn write(input: &ReportInput, path: &Path) -> Result<()> {
-    crate::disk::write_whole(path, html(input)?.as_bytes())
+    write_whole(path, html(input)?.as_bytes())
 }
 
 /// Writes pictures of the mechanism and of every curve into `folder` and returns their paths.
@@ -133,7 +134,7 @@ pub fn write_pictures(input: &ReportInput, folder: &Path) -> Result<Vec<PathBuf>
         .into_iter()
         .map(|(name, bytes)| {
             let path = folder.join(format!("{name}.png"));
-            crate::disk::write_whole(&path, &bytes)?;
+            write_whole(&path, &bytes)?;
             Ok(path)
         })
         .collect()
