@@ -4,7 +4,9 @@
 
 use nalgebra::Vector3;
 
-use super::swept::{Ball, Field, Fins, Sweep, Swept};
+use super::field::{Radii, ToothBalls, ToothField};
+use super::mates::{Bead, Mates};
+use super::swept::{Fins, Run, Sweep, Swept};
 use crate::contact::Grid;
 use crate::design::Gear;
 use crate::envelope::{BallJoint, Envelope};
@@ -13,9 +15,10 @@ use crate::settings::Settings;
 use crate::sub_gear::{Band, Flaw};
 
 /// One sampled phase.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Phase {
-    phi: f64,
+    /// Teeth that can be near the mesh: within [`MESH_WINDOW`] of their contact.
+    meshing: Vec<bool>,
     /// Follower seen from the driver, and the other way round.
     follower_in_driver: Pose,
     driver_in_follower: Pose,
@@ -31,12 +34,8 @@ pub struct Scene {
     center_distance: f64,
     /// Phases of the turn, in an order that visits far ones first.
     phases: Vec<Phase>,
-    /// Driver angle at mid contact of tooth 0, and the angle between teeth.
-    first: f64,
-    pitch: f64,
-    bead_radius: f64,
+    radii: Radii,
     bead_depths: Vec<f64>,
-    rib_radius: f64,
     gap: f64,
     stride: usize,
     cell: f64,
@@ -52,9 +51,16 @@ impl Scene {
             .filter(|s| gcd(*s, count) == 1)
             .min_by_key(|s| (*s as f64 - 0.618 * count as f64).abs() as usize)
             .unwrap_or(1);
+        let teeth = settings.gear.teeth;
+        let turn = std::f64::consts::TAU;
+        // Tooth j is in mid contact in the middle of its share of the turn.
+        let meshes = |phi: f64, j: usize| {
+            let away = (phi - (j as f64 + 0.5) * turn / teeth as f64).rem_euclid(turn);
+            away.min(turn - away) < MESH_WINDOW
+        };
         let phases = (0..count)
             .map(|i| {
-                let phi = ((i * step) % count) as f64 * std::f64::consts::TAU / count as f64;
+                let phi = ((i * step) % count) as f64 * turn / count as f64;
                 let mut driver = MotionState::driver(l, phi).pose;
                 let mut follower = motion.state(phi).pose;
                 let follower_in_driver = driver.inverse_mul(&follower);
@@ -62,7 +68,7 @@ impl Scene {
                 driver.translation -= motion.joint_centre(phi);
                 follower.translation -= motion.joint_centre(phi);
                 Phase {
-                    phi,
+                    meshing: (0..teeth).map(|j| meshes(phi, j)).collect(),
                     follower_in_driver,
                     driver_in_follower,
                     driver,
@@ -70,7 +76,6 @@ impl Scene {
                 }
             })
             .collect();
-        let pitch = std::f64::consts::TAU / settings.gear.teeth as f64;
         let (t, r) = (
             settings.gear.tooth_thickness_mm,
             settings.gear.flank_radius_mm,
@@ -84,11 +89,11 @@ impl Scene {
             envelope,
             center_distance: l,
             phases,
-            first: 0.5 * pitch,
-            pitch,
-            bead_radius: r,
+            radii: Radii {
+                bead: r,
+                rib: 0.5 * settings.spokes.thickness_mm,
+            },
             bead_depths,
-            rib_radius: 0.5 * settings.spokes.thickness_mm,
             gap: settings.fit.safety_gap_mm,
             stride,
             cell: 0.02 * l,
@@ -114,40 +119,37 @@ impl Scene {
         }
     }
 
-    /// Teeth and ribs of one gear of the band as balls; tips first, since they collide first.
-    fn balls(&self, band: &Band, grid: &Grid, gear: Gear) -> Vec<Ball> {
+    /// Teeth and ribs of one gear of the band as balls.
+    fn balls(&self, band: &Band, grid: &Grid, gear: Gear) -> Vec<ToothBalls> {
         let axis = self.axis(gear);
         let hub = self.hub_radius(gear);
-        let mut balls = Vec::new();
-        for j in 0..band.teeth.len() {
-            let tooth = j as u8;
-            for &depth in &self.bead_depths {
-                balls.extend(
-                    band.bead_axis(grid, j, gear, depth, self.stride)
-                        .into_iter()
-                        .map(|centre| Ball {
-                            centre,
-                            radius: self.bead_radius,
-                            tooth,
-                        }),
-                );
-            }
-            for bead in band.bead_axis(grid, j, gear, self.bead_depths[0], self.stride) {
-                let outward = (bead - axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
-                let radius = outward.norm();
-                let spacing = 1.6 * self.rib_radius;
-                let count = ((radius - hub) / spacing).ceil().max(0.0) as usize;
-                for i in 1..=count {
-                    let centre = bead - outward / radius * (i as f64 * spacing);
-                    balls.push(Ball {
-                        centre,
-                        radius: self.rib_radius,
-                        tooth,
-                    });
+        let tooth = |j: usize| {
+            let bead = |depth: f64| band.bead_axis(grid, j, gear, depth, self.stride);
+            let mut balls = ToothBalls::default();
+            for (i, &depth) in self.bead_depths.iter().enumerate() {
+                let bead = bead(depth);
+                if i == 0 {
+                    balls.ribs = self.rib(&bead, axis, hub);
                 }
+                balls.beads.extend(bead);
             }
+            balls
+        };
+        (0..band.teeth.len()).map(tooth).collect()
+    }
+
+    /// Rib from a bead down to the hub.
+    fn rib(&self, bead: &[Vector3<f64>], axis: Vector3<f64>, hub: f64) -> Vec<Vector3<f64>> {
+        let spacing = 1.6 * self.radii.rib;
+        let mut rib = Vec::with_capacity(8 * bead.len());
+        for bead in bead {
+            let outward = (bead - axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
+            let radius = outward.norm();
+            let count = ((radius - hub) / spacing).ceil().max(0.0) as usize;
+            let step = outward * (spacing / radius);
+            rib.extend((1..=count).map(|i| bead - step * i as f64));
         }
-        balls
+        rib
     }
 
     /// Tests the band against hubs, socket and itself and prepares it for tests against others.
@@ -159,13 +161,41 @@ impl Scene {
         let follower = self.balls(band, grid, Gear::Follower);
         self.clear_of_joint(&follower)?;
         self.clear_of_follower_hub(&driver)?;
-        let sweep = self.sweep(&follower)?;
-        let field = Field::new(&driver, self.cell, self.bead_radius + self.gap);
-        if !sweep.clears(&field, self.gap, true) || !self.mates_clear(band, grid) {
+        let (sweep, runs) = self.sweep(&follower)?;
+        if !self.mates_clear(band, grid) {
             return Err(Flaw::Teeth);
         }
-        let fins = [Gear::Driver, Gear::Follower].map(|gear| self.fins(band, grid, gear));
-        Ok(Swept { field, sweep, fins })
+        let need = self.radii.bead + self.gap;
+        let field = ToothField::new(&driver, self.radii, (self.cell, need));
+        if !sweep.clears_own(&field, &runs, self.gap) {
+            return Err(Flaw::Teeth);
+        }
+        Ok(Swept {
+            field: field.into_field(),
+            sweep,
+            fins: [Gear::Driver, Gear::Follower].map(|gear| self.fins(band, grid, gear)),
+        })
+    }
+
+    /// Whether no tooth sinks into its mate or the mate's rib, see [`Mates`].
+    fn mates_clear(&self, band: &Band, grid: &Grid) -> bool {
+        let radius = self.bead_depths[0];
+        let bead = |j: usize, gear: Gear| {
+            Bead::new(band.bead_axis(grid, j, gear, radius, 1), self.axis(gear))
+        };
+        (0..band.teeth.len()).all(|j| {
+            let mates = Mates {
+                driver: bead(j, Gear::Driver),
+                follower: bead(j, Gear::Follower),
+                radius,
+                rib_radius: self.radii.rib,
+            };
+            let near = |phase: &&Phase| phase.meshing[j];
+            self.phases
+                .iter()
+                .filter(near)
+                .all(|p| mates.clear(&p.follower_in_driver, &p.driver_in_follower))
+        })
     }
 
     fn fins(&self, band: &Band, grid: &Grid, gear: Gear) -> Fins {
@@ -179,38 +209,31 @@ impl Scene {
         Fins::new(beads, self.center_distance)
     }
 
-    /// Whether tooth `j` can be near the mesh at driver angle `phi`: within [`MESH_WINDOW`] of its
-    /// contact.
-    fn meshes(&self, j: u8, phi: f64) -> bool {
-        let turn = std::f64::consts::TAU;
-        let away = (phi - self.first - f64::from(j) * self.pitch).rem_euclid(turn);
-        away.min(turn - away) < MESH_WINDOW
-    }
-
     /// Driver balls against the follower's hub (an endless cylinder) and the socket ring, and within the
     /// driver's reach.
-    fn clear_of_follower_hub(&self, driver: &[Ball]) -> Result<(), Flaw> {
+    fn clear_of_follower_hub(&self, driver: &[ToothBalls]) -> Result<(), Flaw> {
         let (axis, reach) = (
             self.axis(Gear::Driver),
             REACH * self.center_distance - self.gap,
         );
-        if driver
-            .iter()
-            .any(|b| (b.centre - axis).xy().norm() + b.radius > reach)
-        {
+        let outside = |balls: &[Vector3<f64>], radius: f64| {
+            let limit = (reach - radius).max(0.0).powi(2);
+            balls.iter().any(|c| (c - axis).xy().norm_squared() > limit)
+        };
+        if driver.iter().any(|tooth| {
+            outside(&tooth.beads, self.radii.bead) || outside(&tooth.ribs, self.radii.rib)
+        }) {
             return Err(Flaw::Hub);
         }
         let hub = self.envelope.follower_hub_radius + self.gap;
         for phase in &self.phases {
-            for ball in driver.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
-                let q = phase.driver_in_follower.apply(ball.centre);
-                let limit = hub + ball.radius;
-                if q.x * q.x + q.y * q.y < limit * limit {
+            for (centre, radius) in self.meshing(driver, phase) {
+                let q = phase.driver_in_follower.apply(centre);
+                if q.xy().norm_squared() < (hub + radius).powi(2) {
                     return Err(Flaw::Hub);
                 }
                 if let Some(joint) = &self.envelope.ball_joint
-                    && joint_distance(joint, phase.driver.apply(ball.centre))
-                        < ball.radius + self.gap
+                    && near_joint(joint, phase.driver.apply(centre), radius + self.gap)
                 {
                     return Err(Flaw::Joint);
                 }
@@ -219,159 +242,91 @@ impl Scene {
         Ok(())
     }
 
+    /// Balls, centre and radius, of the teeth that can be near the mesh.
+    fn meshing<'a>(
+        &self,
+        teeth: &'a [ToothBalls],
+        phase: &'a Phase,
+    ) -> impl Iterator<Item = (Vector3<f64>, f64)> + use<'a> {
+        let Radii { bead, rib } = self.radii;
+        let near = teeth.iter().zip(&phase.meshing).filter(|(_, near)| **near);
+        near.flat_map(move |(tooth, _)| {
+            let beads = tooth.beads.iter().map(move |&c| (c, bead));
+            beads.chain(tooth.ribs.iter().map(move |&c| (c, rib)))
+        })
+    }
+
     /// Follower balls against socket ring and arm; only those nearest to the plane of the joint count.
-    fn clear_of_joint(&self, follower: &[Ball]) -> Result<(), Flaw> {
+    fn clear_of_joint(&self, follower: &[ToothBalls]) -> Result<(), Flaw> {
         let Some(joint) = &self.envelope.ball_joint else {
             return Ok(());
         };
-        let reach = joint.ring_half_height.max(joint.arm_half_height) + self.gap + self.bead_radius;
+        let reach = joint.ring_half_height.max(joint.arm_half_height) + self.gap + self.radii.bead;
         let (sin, cos) = self.envelope.reach.tilt.sin_cos();
-        let low: Vec<&Ball> = follower
-            .iter()
-            .filter(|b| b.centre.z.abs() * cos < reach + b.centre.x.hypot(b.centre.y) * sin)
-            .collect();
+        let low = |c: &&Vector3<f64>| c.z.abs() * cos < reach + c.xy().norm() * sin;
+        let of = |get: fn(&ToothBalls) -> &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
+            let all = follower.iter().flat_map(get);
+            all.filter(low).copied().collect()
+        };
+        let lists = [
+            (of(|t| &t.beads), self.radii.bead),
+            (of(|t| &t.ribs), self.radii.rib),
+        ];
         let hit = self.phases.iter().any(|phase| {
-            low.iter().any(|b| {
-                joint_distance(joint, phase.follower.apply(b.centre)) < b.radius + self.gap
+            lists.iter().any(|(low, radius)| {
+                low.iter()
+                    .any(|&c| near_joint(joint, phase.follower.apply(c), radius + self.gap))
             })
         });
         if hit { Err(Flaw::Joint) } else { Ok(()) }
     }
 
     /// Follower balls through the period, seen from the driver; those that come near it.
-    fn sweep(&self, follower: &[Ball]) -> Result<Sweep, Flaw> {
+    fn sweep(&self, follower: &[ToothBalls]) -> Result<(Sweep, Vec<Run>), Flaw> {
         let axis = self.axis(Gear::Driver);
         let hub = self.envelope.driver_hub_radius + self.gap;
         let reach = REACH * self.center_distance;
-        let mut sweep = Sweep::empty(self.center_distance);
+        let mut sweep = Sweep::empty(self.center_distance, self.radii);
+        let mut runs = Vec::new();
         for phase in &self.phases {
-            for ball in follower.iter().filter(|b| self.meshes(b.tooth, phase.phi)) {
-                let q = phase.follower_in_driver.apply(ball.centre);
-                let radius = (q.x - axis.x).hypot(q.y);
-                if radius < hub + ball.radius {
-                    return Err(Flaw::Hub);
+            for (j, tooth) in follower.iter().enumerate() {
+                if !phase.meshing[j] {
+                    continue;
                 }
-                if radius < reach + ball.radius {
-                    sweep.push(q, ball);
+                for (balls, radius, push) in [
+                    (
+                        &tooth.beads,
+                        self.radii.bead,
+                        Sweep::push_bead as fn(&mut Sweep, _),
+                    ),
+                    (&tooth.ribs, self.radii.rib, Sweep::push_rib),
+                ] {
+                    let (least, most) = ((hub + radius).powi(2), (reach + radius).powi(2));
+                    for &centre in balls {
+                        let q = phase.follower_in_driver.apply(centre);
+                        let squared = (q.x - axis.x).powi(2) + q.y * q.y;
+                        if squared < least {
+                            return Err(Flaw::Hub);
+                        }
+                        if squared < most {
+                            push(&mut sweep, q);
+                        }
+                    }
                 }
+                runs.push(sweep.run(j as u8));
             }
         }
         sweep.trim();
-        Ok(sweep)
-    }
-
-    /// Whether the beads of each tooth and its mate, as round bars along their axes, nowhere sink into
-    /// each other by more than [`SINK`], at any phase near their contact.
-    fn mates_clear(&self, band: &Band, grid: &Grid) -> bool {
-        let radius = self.bead_depths[0];
-        let limit = 2.0 * radius - SINK;
-        (0..band.teeth.len()).all(|j| {
-            let driver = band.bead_axis(grid, j, Gear::Driver, radius, 1);
-            let follower = band.bead_axis(grid, j, Gear::Follower, radius, 1);
-            let near = |phase: &&Phase| self.meshes(j as u8, phase.phi);
-            self.phases.iter().filter(near).all(|phase| {
-                let placed: Vec<_> = follower
-                    .iter()
-                    .map(|&c| phase.follower_in_driver.apply(c))
-                    .collect();
-                if closest(&driver, &placed) <= limit {
-                    return false;
-                }
-                let back: Vec<_> = driver
-                    .iter()
-                    .map(|&c| phase.driver_in_follower.apply(c))
-                    .collect();
-                let reach = radius + self.rib_radius + RIB_GAP;
-                beside_ribs(&driver, self.axis(Gear::Driver), &placed) > reach
-                    && beside_ribs(&follower, self.axis(Gear::Follower), &back) > reach
-            })
-        })
+        Ok((sweep, runs))
     }
 
     /// Whether driver teeth of either band stay clear of follower teeth of the other, and the fins of
     /// both stand apart on their gears.
     pub fn compatible(&self, a: &Swept, b: &Swept) -> bool {
-        let limit = self
-            .bead_depths
-            .last()
-            .map_or(0.0, |d| d + self.bead_radius)
-            + self.gap;
+        let limit = self.bead_depths.last().map_or(0.0, |d| d + self.radii.bead) + self.gap;
         a.compatible(b, self.gap, limit)
     }
 }
-
-/// Distance of `points` from the middle surface of the rib under `bead`, a wall of level lines from the
-/// bead towards the gear's axis; only what lies between bead and axis counts, the bead is tested by
-/// itself.
-fn beside_ribs(bead: &[Vector3<f64>], axis: Vector3<f64>, points: &[Vector3<f64>]) -> f64 {
-    let mut nearest = f64::INFINITY;
-    for pair in bead.windows(2) {
-        let (a, b) = (pair[0] - axis, pair[1] - axis);
-        let (low, high) = (a.z.min(b.z), a.z.max(b.z));
-        for point in points {
-            let p = point - axis;
-            if p.z < low || p.z > high || high - low < 1e-9 {
-                continue;
-            }
-            let f = (p.z - a.z) / (b.z - a.z);
-            let edge = a.lerp(&b, f);
-            let (r, edge_r) = (p.xy().norm(), edge.xy().norm());
-            if r >= edge_r {
-                continue;
-            }
-            // Across the wall: level distance from the line, less where the wall leans.
-            let across = (edge.x * p.y - edge.y * p.x) / edge_r;
-            let turn = (a.x * b.y - a.y * b.x) / (a.xy().norm() * b.xy().norm());
-            let lean = turn * r / (b.z - a.z);
-            nearest = nearest.min(across.abs() / lean.hypot(1.0));
-        }
-    }
-    nearest
-}
-
-/// Distance of two chains of points taken as polylines: the nearest pair of points, refined on the
-/// segments around it.
-fn closest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
-    let mut nearest = (f64::INFINITY, 0, 0);
-    for (i, p) in a.iter().enumerate() {
-        for (k, q) in b.iter().enumerate() {
-            let d = (p - q).norm_squared();
-            if d < nearest.0 {
-                nearest = (d, i, k);
-            }
-        }
-    }
-    let (mut best, i, k) = nearest;
-    for s in i.saturating_sub(1)..(i + 1).min(a.len() - 1) {
-        for t in k.saturating_sub(1)..(k + 1).min(b.len() - 1) {
-            best = best.min(segments([a[s], a[s + 1]], [b[t], b[t + 1]]));
-        }
-    }
-    best.sqrt()
-}
-
-/// Squared distance of two segments, by alternating projection from their middles: exact enough for
-/// nearly parallel pieces of a bead, and never below the true distance.
-fn segments([a0, a1]: [Vector3<f64>; 2], [b0, b1]: [Vector3<f64>; 2]) -> f64 {
-    let project = |p: Vector3<f64>, o: Vector3<f64>, e: Vector3<f64>| {
-        let d = e - o;
-        o + d * ((p - o).dot(&d) / d.norm_squared()).clamp(0.0, 1.0)
-    };
-    let mut p = (a0 + a1) * 0.5;
-    let mut q = project(p, b0, b1);
-    for _ in 0..6 {
-        p = project(q, a0, a1);
-        q = project(p, b0, b1);
-    }
-    (p - q).norm_squared()
-}
-
-/// Depth to which beads may seem to sink into each other between sampled phases, mm: a fraction of
-/// the default clearance.
-const SINK: f64 = 0.01;
-
-/// Least gap between a bead and its mate's rib, mm.
-const RIB_GAP: f64 = 0.06;
 
 /// Driver teeth end within this share of L from their axis; what of the follower stays outside needs
 /// no test.
@@ -384,14 +339,18 @@ fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// Distance of a point (relative to the joint centre) from socket ring and arm.
-fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
-    let outside = |dx: f64, dz: f64| dx.max(0.0).hypot(dz.max(0.0)) + dx.max(dz).min(0.0);
-    let ring = outside(
-        p.x.hypot(p.y) - joint.ring_radius,
-        p.z.abs() - joint.ring_half_height,
-    );
+/// Whether a point (relative to the joint centre) is nearer than `limit` to socket ring or arm.
+fn near_joint(joint: &BallJoint, p: Vector3<f64>, limit: f64) -> bool {
+    // Of an infinite block whose corner is at 0: outside it the distance, inside the depth is negative.
+    let near = |dx: f64, dz: f64| match dx <= 0.0 && dz <= 0.0 {
+        true => dx.max(dz) < limit,
+        false => dx.max(0.0).powi(2) + dz.max(0.0).powi(2) < limit * limit,
+    };
+    let over_ring = p.z.abs() - joint.ring_half_height;
+    let over_arm = p.z.abs() - joint.arm_half_height;
+    if over_ring.min(over_arm) >= limit {
+        return false;
+    }
     let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
-    let arm = outside(across, p.z.abs() - joint.arm_half_height);
-    ring.min(arm)
+    near(p.x.hypot(p.y) - joint.ring_radius, over_ring) || near(across, over_arm)
 }

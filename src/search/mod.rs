@@ -3,7 +3,9 @@
 
 pub mod candidates;
 pub mod clearance;
+mod field;
 mod infeasible;
+mod mates;
 mod paper;
 pub mod paper_search;
 pub mod polish;
