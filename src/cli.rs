@@ -93,9 +93,13 @@ pub struct DesignArgs {
     /// Search effort instead of the file's; 1 is the default.
     #[arg(long)]
     pub effort: Option<f64>,
-    /// Stop searching after this many seconds and go on with the best so far.
+    /// End within this many seconds with the best so far: half for the search, the rest for bodies,
+    /// proof and files.
     #[arg(long, value_name = "SECONDS")]
     pub max_time: Option<f64>,
+    /// First look in a few seconds: bodies and figures of a choice that is neither polished nor proved.
+    #[arg(long, conflicts_with = "method")]
+    pub draft: bool,
     /// Parameterisation instead of the file's.
     #[arg(long, value_enum)]
     pub method: Option<Method>,

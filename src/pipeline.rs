@@ -17,35 +17,94 @@ use crate::{Error, Result};
 pub struct Outcome {
     /// The design; its `problems` are empty when it works.
     pub design: Design,
-    /// Bodies and print pieces.
-    pub solids: Solids,
+    /// Bodies and print pieces; `None` when the run was stopped before, or when they cannot be built.
+    pub solids: Option<Solids>,
     /// Every claim tried on the meshes; `None` when the run was stopped before.
     pub check: Option<Check>,
     /// Largest |n·v_rel|, |n·T²|, mm/rad.
     pub residual: f64,
-    /// Whether the search was cut short.
+    /// Whether the run was cut short.
     pub stop: StopReason,
 }
+
+impl Outcome {
+    /// What there is before the bodies are built.
+    fn new(design: Design, motion: &Motion, stop: StopReason) -> Outcome {
+        let mut outcome = Outcome {
+            residual: synthesis::conjugation_residual(&design, motion),
+            design,
+            solids: None,
+            check: None,
+            stop,
+        };
+        outcome.design.problems = vec![UNBUILT.into()];
+        outcome
+    }
+
+    /// Builds the bodies; what keeps them from being built is a problem of the design.
+    fn build(&mut self, motion: &Motion) {
+        let problem = match Solids::build(&self.design, motion) {
+            Ok(solids) => {
+                self.solids = Some(solids);
+                UNPROVEN.into()
+            }
+            Err(error) => error.to_string(),
+        };
+        self.design.problems = vec![problem];
+    }
+
+    /// Tries every claim on the bodies, unless `tell` breaks; a proof that fails is a problem as well.
+    fn prove(&mut self, motion: &Motion, tell: &mut dyn FnMut(f64) -> ControlFlow<()>) {
+        let Some(solids) = &self.solids else { return };
+        match prove(&self.design, motion, solids, tell) {
+            Ok(check) => {
+                self.design.problems = check.problems();
+                self.check = Some(check);
+            }
+            Err(Error::Interrupted) => self.stop = StopReason::Stopped,
+            Err(error) => self.design.problems = vec![error.to_string()],
+        }
+    }
+
+    /// Smaller is better: whether there are no bodies, then the number of problems.
+    fn rank(&self) -> (bool, usize) {
+        (self.solids.is_none(), self.design.problems.len())
+    }
+}
+
+const UNBUILT: &str = "stopped before the bodies were built: not known to work";
+const DRAFT: &str = "a first look: neither polished nor proved, not known to work";
+const UNPROVEN: &str = "stopped before the proof on the meshes: not known to work";
+
+/// What a run tells while it works.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// Where it is.
+    Progress(&'a Progress),
+    /// What it would return if it were stopped now.
+    Best(&'a Outcome),
+}
+
+/// Told what happens; `Break` in answer to progress stops the search, which then hands over the best
+/// that it has, or the proof.
+pub type Observer<'a> = dyn FnMut(Event) -> ControlFlow<()> + 'a;
 
 /// Designs the mechanism of `file`. When no choice of bands passes the proof, the one with the fewest
 /// problems is returned with them.
 ///
 /// # Errors
-/// As [`search::run`]; [`Error::Infeasible`] when no choice leaves room for the joint; and
-/// [`Error::Internal`] for solids the kernel cannot build.
-pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) -> Result<Outcome> {
+/// As [`search::run`]; [`Error::Infeasible`] when no choice leaves room for the joint;
+/// [`Error::Internal`] when no choice can be traced.
+pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Result<Outcome> {
     let (choices, stop) = choices(file, motion, observer)?;
     let mut best: Option<Outcome> = None;
     let mut failure = None;
     for (i, (bands, q)) in choices.iter().enumerate() {
-        let mut tell = |stage: &'static str, done: f64| {
-            let done = (i as f64 + done) / choices.len() as f64;
-            observer(&Progress {
-                stage,
-                done,
-                candidates: 0,
-                best_q: Some(*q),
-            })
+        let at = |stage: &'static str, done: f64| Progress {
+            stage,
+            done: (i as f64 + done) / choices.len() as f64,
+            candidates: 0,
+            best_q: Some(*q),
         };
         // Choices come best first: one draft of bands that do not close the follower is enough.
         if best.is_some() && *q <= 0.0 {
@@ -53,64 +112,92 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut search::Observer) 
         }
         // Once the search was told to stop, there is only the best choice to be finished.
         if let Some(best) = &mut best
-            && (stop == StopReason::Stopped || tell(search::FALLBACK, 0.0).is_break())
+            && (stop == StopReason::Stopped
+                || observer(Event::Progress(&at(search::FALLBACK, 0.0))).is_break())
         {
             best.stop = StopReason::Stopped;
             break;
         }
-        // After an interrupt the best choice is still built, but not proven.
-        let stopped = tell("solids", 0.0).is_break();
-        let design = synthesis::design(file, motion, bands);
-        let built = design.and_then(|design| Ok((Solids::build(&design, motion)?, design)));
-        let (solids, design) = match built {
-            Ok(built) => built,
+        let mut outcome = match synthesis::design(file, motion, bands) {
+            Ok(design) => Outcome::new(design, motion, stop),
             Err(error) => {
                 failure = Some(error);
                 continue;
             }
         };
-        let mut outcome = Outcome {
-            residual: synthesis::conjugation_residual(&design, motion),
-            design,
-            solids,
-            check: None,
-            stop: if stopped { StopReason::Stopped } else { stop },
-        };
-        if !stopped {
-            match prove(&outcome, motion, &mut |done| {
-                tell("proof on the meshes", 0.1 + 0.9 * done)
-            }) {
-                Ok(check) => outcome.check = Some(check),
-                Err(Error::Interrupted) => outcome.stop = StopReason::Stopped,
-                Err(error) => return Err(error),
-            }
+        let first = best.is_none();
+        if first {
+            let _ = observer(Event::Best(&outcome));
         }
-        outcome.design.problems = problems(&outcome);
-        let fewer = best
-            .as_ref()
-            .is_none_or(|b| outcome.design.problems.len() < b.design.problems.len());
-        let done = outcome.design.problems.is_empty() || outcome.check.is_none();
-        let stop = outcome.stop;
-        if fewer {
+        // After an interrupt the best choice is still built, but not proven.
+        let stopped = observer(Event::Progress(&at("solids", 0.0))).is_break();
+        outcome.build(motion);
+        if first {
+            let _ = observer(Event::Best(&outcome));
+        }
+        match stopped {
+            true => outcome.stop = StopReason::Stopped,
+            false => outcome.prove(motion, &mut |done| {
+                observer(Event::Progress(&at(
+                    "proof on the meshes",
+                    0.1 + 0.9 * done,
+                )))
+            }),
+        }
+        let (works, stop) = (outcome.design.problems.is_empty(), outcome.stop);
+        if best.as_ref().is_none_or(|b| outcome.rank() < b.rank()) {
             best = Some(outcome);
         }
         if let Some(best) = &mut best {
             best.stop = stop;
         }
-        if done {
+        if works || stopped {
             break;
+        }
+        if let Some(best) = &best
+            && !first
+        {
+            let _ = observer(Event::Best(best));
         }
     }
     best.ok_or_else(|| failure.unwrap_or(Error::Interrupted))
+}
+
+/// A first look at the mechanism of `file`: teeth and bodies of a choice that was neither polished nor
+/// proved; its only problem says so.
+///
+/// # Errors
+/// As [`run`]; [`Error::Interrupted`] when `observer` breaks before there are bands.
+pub fn draft(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Result<Outcome> {
+    let found = search::draft(motion, &file.settings, &mut |progress| {
+        observer(Event::Progress(progress))
+    })?;
+    let mut failure = Error::Interrupted;
+    for (bands, _) in found.choices {
+        match synthesis::design(file, motion, &Bands::Exact(bands)) {
+            Ok(design) => {
+                let mut outcome = Outcome::new(design, motion, found.stop);
+                let _ = observer(Event::Best(&outcome));
+                outcome.build(motion);
+                if outcome.solids.is_some() {
+                    outcome.design.problems = vec![DRAFT.into()];
+                }
+                return Ok(outcome);
+            }
+            Err(error) => failure = error,
+        }
+    }
+    Err(failure)
 }
 
 /// Choices of bands, best first, with their min Q, by the method that the settings ask for.
 fn choices(
     file: &MotionFile,
     motion: &Motion,
-    observer: &mut search::Observer,
+    observer: &mut Observer,
 ) -> Result<(Vec<(Bands, f64)>, StopReason)> {
     let settings = &file.settings;
+    let observer = &mut |progress: &Progress| observer(Event::Progress(progress));
     Ok(match settings.search.method {
         Method::Exact => {
             let found = search::run(motion, settings, observer)?;
@@ -132,27 +219,20 @@ fn choices(
 }
 
 fn prove(
-    outcome: &Outcome,
+    design: &Design,
     motion: &Motion,
+    solids: &Solids,
     tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Check> {
-    let pieces = outcome.solids.pieces.iter();
+    let pieces = solids.pieces.iter();
     let pieces: Vec<_> = pieces.map(|p| (p.name.clone(), p.mesh.clone())).collect();
     let input = CheckInput {
-        design: &outcome.design,
+        design,
         motion,
-        bodies: &outcome.solids.bodies,
+        bodies: &solids.bodies,
         pieces: &pieces,
         printer: Printer::default(),
         effort: Effort::default(),
     };
     verify::check(&input, &mut |_, done| tell(done))
-}
-
-/// Everything that keeps the design from working, one sentence each.
-fn problems(outcome: &Outcome) -> Vec<String> {
-    match &outcome.check {
-        Some(check) => check.problems(),
-        None => vec!["stopped before the proof on the meshes: not known to work".into()],
-    }
 }

@@ -1,30 +1,36 @@
 //! What the user sees while it works: progress bar, Ctrl-C, time limit, errors.
 
-use std::cell::Cell;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpcgear::Error;
 use mpcgear::escape::terminal;
 use mpcgear::search::Progress;
 
-/// Watches a design run: shows its progress and tells it when to stop.
+/// Watches a run: shows its progress and tells it when to stop.
+#[derive(Debug)]
 pub struct Watch {
     bar: ProgressBar,
     /// Where there is no terminal to draw a bar on: the stage that was last written as a line.
-    lines: Option<Cell<&'static str>>,
+    lines: Option<Mutex<&'static str>>,
     interrupted: Arc<AtomicBool>,
     started: Instant,
-    limit: Option<Duration>,
+    /// Time for the whole run, s; none before it is known.
+    limit_s: OnceLock<f64>,
 }
 
+/// Share of the time limit that is for the search; the rest is for bodies, proof and files.
+const SEARCH: f64 = 0.5;
+/// Seconds after the time limit in which a step under way may come to its end.
+const GRACE_S: f64 = 0.5;
+
 impl Watch {
-    /// Installs the Ctrl-C handler; `limit_s` ≤ 0 means no limit.
-    pub fn new(quiet: bool, limit_s: f64) -> Watch {
+    /// Starts the clock and installs the Ctrl-C handler.
+    pub fn new(quiet: bool) -> Watch {
         let interrupted = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&interrupted);
         // A second Ctrl-C ends the process at once, should a long step be under way.
@@ -34,7 +40,7 @@ impl Watch {
             }
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("warning: Ctrl-C will not stop cleanly: {error}");
+            warn(&format!("Ctrl-C will not stop cleanly: {error}"));
         }
         let bar = ProgressBar::new(1000);
         if quiet {
@@ -45,10 +51,17 @@ impl Watch {
         }
         Watch {
             bar,
-            lines: (!quiet && !std::io::stderr().is_terminal()).then(|| Cell::new("")),
+            lines: (!quiet && !std::io::stderr().is_terminal()).then(|| Mutex::new("")),
             interrupted,
             started: Instant::now(),
-            limit: (limit_s > 0.0).then(|| Duration::from_secs_f64(limit_s)),
+            limit_s: OnceLock::new(),
+        }
+    }
+
+    /// Sets how long the run may take since [`Watch::new`], s; ≤ 0 means no limit. Once only.
+    pub fn limit(&self, seconds: f64) {
+        if seconds > 0.0 {
+            let _ = self.limit_s.set(seconds);
         }
     }
 
@@ -62,7 +75,20 @@ impl Watch {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, and the search (not what follows) at the time limit.
+    /// Whether the time limit, if there is one, times `share` plus `grace` seconds is over.
+    fn is_late(&self, share: f64, grace: f64) -> bool {
+        self.limit_s
+            .get()
+            .is_some_and(|limit| self.seconds() > share * limit + grace)
+    }
+
+    /// Whether a step that takes no notice of the time limit is to be left behind.
+    pub fn is_overdue(&self) -> bool {
+        self.is_late(1.0, GRACE_S)
+    }
+
+    /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, the
+    /// search when its share of the time limit is over and everything when all of it is.
     pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
         let best = progress
             .best_q
@@ -72,27 +98,29 @@ impl Watch {
             n => format!(", {n} usable bands"),
         };
         let message = format!("{}{count}{best}", progress.stage);
-        if let Some(last) = &self.lines
-            && last.replace(progress.stage) != progress.stage
-        {
-            eprintln!("{:7.1} s  {message}", self.seconds());
+        if let Some(last) = &self.lines {
+            let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+            if std::mem::replace(&mut *last, progress.stage) != progress.stage {
+                eprintln!("{:7.1} s  {}", self.seconds(), terminal(&message));
+            }
         }
-        self.bar.set_message(message);
-        self.bar.set_position((progress.done * 1000.0) as u64);
-        let late = self
-            .limit
-            .is_some_and(|limit| self.started.elapsed() > limit);
-        if self.interrupted() || (late && progress.is_search()) {
+        self.show(&message, progress.done);
+        let share = if progress.is_search() { SEARCH } else { 1.0 };
+        if self.interrupted() || self.is_late(share, 0.0) {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
     }
 
+    fn show(&self, message: &str, done: f64) {
+        self.bar.set_message(terminal(message));
+        self.bar.set_position((done * 1000.0) as u64);
+    }
+
     /// Shows a step of a job that has no time limit; stops on Ctrl-C.
     pub fn step(&self, what: &str, done: f64) -> ControlFlow<()> {
-        self.bar.set_message(what.to_owned());
-        self.bar.set_position((done * 1000.0) as u64);
+        self.show(what, done);
         match self.interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
@@ -103,6 +131,11 @@ impl Watch {
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// Prints a warning on standard error.
+pub fn warn(text: &str) {
+    eprintln!("warning: {}", terminal(text));
 }
 
 /// Prints an error on standard error, as JSON if asked.

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::{json, print_out, say};
 use crate::cli::{CheckArgs, Cli, MeshArgs};
-use crate::terminal::Watch;
+use crate::terminal::{Watch, warn};
 
 /// Gears smaller or larger than their teeth by this factor are in another unit: shafts and hubs make a
 /// gear up to twice as large as its teeth, the nearest other unit (cm) differs by ten.
@@ -62,9 +62,9 @@ pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
     let given = given((&design, &motion), &file, &args.meshes)?;
     let triangles: usize = given.bodies.iter().map(|b| b.mesh.triangles.len()).sum();
     if triangles > MANY_TRIANGLES && !cli.quiet {
-        eprintln!(
-            "note: {triangles} triangles take long to check; meshes of a tenth of that show the same"
-        );
+        warn(&format!(
+            "{triangles} triangles take long to check; meshes of a tenth of that show the same"
+        ));
     }
     let printer = Printer {
         volume_mm: args.printer,
@@ -117,7 +117,7 @@ fn judge(
     given: &Given,
     (printer, effort): (Printer, Effort),
 ) -> Result<(Check, f64)> {
-    let watch = Watch::new(cli.quiet || cli.json, 0.0);
+    let watch = Watch::new(cli.quiet || cli.json);
     let input = CheckInput {
         design,
         motion,
@@ -200,7 +200,21 @@ fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> 
         let pieces = solids.pieces.into_iter();
         given.pieces = pieces.map(|p| (p.name, p.mesh)).collect();
     }
+    unchanged(design, file)?;
     Ok(given)
+}
+
+/// Another run may exchange the whole folder between the first file that is read here and the last.
+fn unchanged(design: &Design, file: &Path) -> Result<()> {
+    if Stored::read(file)?.with_motion()?.0 == *design {
+        return Ok(());
+    }
+    let what = "was replaced by another run while its folder was read";
+    let hint = "try again when that run is done";
+    Err(Error::input(
+        file,
+        vec![Problem::new("design.json", what, hint)],
+    ))
 }
 
 /// A gear much smaller or larger than its own teeth was written in another unit.

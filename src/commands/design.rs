@@ -1,13 +1,18 @@
 //! `mpcgear design`: the main job.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use mpcgear::design::{Design, file};
 use mpcgear::disk::Folder;
 use mpcgear::export::tables::{self, Summary};
 use mpcgear::export::{self, Source};
 use mpcgear::motion::{Motion, MotionFile};
-use mpcgear::pipeline::{self, Outcome};
+use mpcgear::pipeline::{self, Event, Outcome};
 use mpcgear::search::StopReason;
 use mpcgear::settings::Method;
 use mpcgear::{Error, Result};
@@ -22,27 +27,77 @@ use crate::terminal::Watch;
 /// Bad input and folders that cannot be written, before anything is computed; motions that cannot be
 /// made, after their draft is written; an interrupt before there was a design; defects of ours.
 pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
+    let watch = Arc::new(Watch::new(cli.quiet || cli.json));
     let (mut file, motion) = MotionFile::read_draft(&args.file)?;
     override_settings(&mut file, args)?;
+    watch.limit(file.settings.search.time_limit_s);
     let job = Job {
         cli,
         target: Target::claim(&args.out)?,
-        watch: Watch::new(cli.quiet || cli.json, file.settings.search.time_limit_s),
+        watch,
     };
     let motion = match motion {
         Ok(motion) => motion,
         Err(error) => return job.give_up(&file, None, error),
     };
-    let outcome = pipeline::run(&file, &motion, &mut |progress| job.watch.tell(progress));
+    let outcome = work(args.draft, &file, &motion, &job.watch);
     job.watch.finish();
     match outcome {
-        Ok(outcome) => job.deliver(&args.file, &motion, &outcome),
+        Ok(outcome) => job.deliver(args, &motion, &outcome),
         Err(Error::Interrupted) if !job.watch.interrupted() => {
             job.give_up(&file, Some(&motion), out_of_time(&file))
         }
         Err(error) => job.give_up(&file, Some(&motion), error),
     }
 }
+
+/// Runs the job on a thread of its own. When a step of it takes no notice of the time limit, it is left
+/// behind and the best so far is the answer.
+fn work(draft: bool, file: &MotionFile, motion: &Motion, watch: &Arc<Watch>) -> Result<Outcome> {
+    let best: Arc<Mutex<Option<Outcome>>> = Arc::default();
+    let (done, result) = channel();
+    let (file, motion) = (file.clone(), motion.clone());
+    let (teller, keeper) = (Arc::clone(watch), Arc::clone(&best));
+    let worker = thread::spawn(move || {
+        let job = if draft {
+            pipeline::draft
+        } else {
+            pipeline::run
+        };
+        let outcome = job(&file, &motion, &mut |event| match event {
+            Event::Progress(progress) => teller.tell(progress),
+            Event::Best(outcome) => {
+                let mut best = keeper.lock().unwrap_or_else(PoisonError::into_inner);
+                *best = Some(outcome.clone());
+                ControlFlow::Continue(())
+            }
+        });
+        // Nobody listens any more to a run that was left behind.
+        let _ = done.send(outcome);
+    });
+    loop {
+        match result.recv_timeout(LOOK) {
+            Ok(outcome) => return outcome,
+            Err(RecvTimeoutError::Timeout) if watch.is_overdue() => {
+                let best = best.lock().unwrap_or_else(PoisonError::into_inner).take();
+                return best.map_or(Err(Error::Interrupted), |best| {
+                    Ok(Outcome {
+                        stop: StopReason::Stopped,
+                        ..best
+                    })
+                });
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => match worker.join() {
+                Ok(()) => return Err(Error::Interrupted),
+                Err(panic) => std::panic::resume_unwind(panic),
+            },
+        }
+    }
+}
+
+/// How often the time limit is looked at from outside.
+const LOOK: Duration = Duration::from_millis(50);
 
 fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
     let search = &mut file.settings.search;
@@ -69,12 +124,13 @@ fn override_settings(file: &mut MotionFile, args: &DesignArgs) -> Result<()> {
 struct Job<'a> {
     cli: &'a Cli,
     target: Target,
-    watch: Watch,
+    watch: Arc<Watch>,
 }
 
 impl Job<'_> {
-    /// Writes what was found and tells of it; `asked` is the motion file.
-    fn deliver(&self, asked: &Path, motion: &Motion, outcome: &Outcome) -> Result<u8> {
+    /// Writes what was found and tells of it. A first look has no report, which would take longer than
+    /// the rest of it.
+    fn deliver(&self, args: &DesignArgs, motion: &Motion, outcome: &Outcome) -> Result<u8> {
         let design = &outcome.design;
         let mut summary = Summary::of(design);
         summary.conjugation_residual_max = Some(outcome.residual);
@@ -85,23 +141,27 @@ impl Job<'_> {
             let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
             summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
         }
+        summary.draft = args.draft;
         summary.stopped = outcome.stop == StopReason::Stopped;
         summary.wall_seconds = self.watch.seconds();
         let source = Source {
             design,
             motion,
-            solids: Some(&outcome.solids),
+            solids: outcome.solids.as_ref(),
         };
         let mut files = export::files(&source, &summary)?;
-        let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
-        let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
-        let text = std::fs::read_to_string(asked).unwrap_or_default();
-        files.push(super::report::page(&source, claims, (&paths, &text))?);
+        if outcome.solids.is_some() && !args.draft && !self.watch.is_overdue() {
+            let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
+            let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
+            let text = std::fs::read_to_string(&args.file).unwrap_or_default();
+            files.push(super::report::page(&source, claims, (&paths, &text))?);
+        }
         let works = design.problems.is_empty();
         let folder = self.target.folder(works);
         folder.publish(&files)?;
         show(self.cli, &summary, folder.path())?;
-        Ok(match (self.watch.interrupted(), works) {
+        let asked_for = works || (args.draft && outcome.solids.is_some());
+        Ok(match (self.watch.interrupted(), asked_for) {
             (true, _) => 130,
             (false, true) => 0,
             (false, false) => 3,
@@ -119,6 +179,7 @@ impl Job<'_> {
             let mut draft = Design::draft(file);
             draft.problems = vec![format!("{reason} ({place}); {hint}")];
             let mut summary = Summary::of(&draft);
+            summary.stopped = reason == OUT_OF_TIME;
             summary.wall_seconds = self.watch.seconds();
             let files = match motion {
                 Some(motion) => export::files(
@@ -142,15 +203,21 @@ impl Job<'_> {
     }
 }
 
+const OUT_OF_TIME: &str = "the time limit ended the search before there was any design";
+
 fn out_of_time(file: &MotionFile) -> Error {
     Error::Infeasible {
-        reason: "the time limit ended the search before there was any design".into(),
-        place: format!("{} s of search", file.settings.search.time_limit_s),
+        reason: OUT_OF_TIME.into(),
+        place: format!(
+            "limit {} s, half of it for the search",
+            file.settings.search.time_limit_s
+        ),
         hint: "allow more time (--max-time, search.time_limit_s)".into(),
     }
 }
 
-/// Where the result goes: a draft does not replace an existing design, it goes beside it.
+/// Where the result goes: a draft does not replace an existing design, it goes beside it. A first look
+/// is replaced by anything.
 struct Target {
     out: Folder,
     draft: Option<Folder>,
@@ -160,7 +227,7 @@ impl Target {
     /// Takes the folders, before any long work.
     fn claim(path: &Path) -> Result<Target> {
         let out = Folder::claim(path)?;
-        let draft = match out.has_design() {
+        let draft = match out.has_design() && !is_first_look(path) {
             true => Some(Folder::claim(&beside(path)?)?),
             false => None,
         };
@@ -173,6 +240,12 @@ impl Target {
             _ => &self.out,
         }
     }
+}
+
+/// Whether the design in a folder says of itself that it is a first look.
+fn is_first_look(folder: &Path) -> bool {
+    let text = std::fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+    serde_json::from_str(&text).is_ok_and(|summary: Summary| summary.draft)
 }
 
 /// The folder for a draft beside `out`.
@@ -193,10 +266,10 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
         return print_out(&json(summary)?);
     }
     let figure = |value: Option<f64>| value.map_or("–".into(), |v| format!("{v:.3}"));
-    let state = if summary.feasible {
-        "works"
-    } else {
-        "draft, does not work"
+    let state = match (summary.feasible, summary.draft) {
+        (true, _) => "works",
+        (false, true) => "first look, not proved",
+        (false, false) => "draft, does not work",
     };
     let mut text = format!(
         "{} ({}): {state}. K = {}, min Q {}, η {}, overlap {} mm³, escapes {}, thinnest wall {} mm, {:.1} s\n",

@@ -20,6 +20,9 @@ pub struct Summary {
     pub j: usize,
     /// Whether everything was proved to work.
     pub feasible: bool,
+    /// Whether this is only a first look (`--draft`): neither polished nor proved.
+    #[serde(default)]
+    pub draft: bool,
     /// Smallest Q over the period (Eq. 12).
     pub q_min: Option<f64>,
     /// Mean Q.
@@ -71,6 +74,7 @@ impl Summary {
             k: design.sub_gear_pairs.len(),
             j: design.settings.gear.teeth,
             feasible: design.problems.is_empty(),
+            draft: false,
             q_min: least(|s| s.q),
             q_mean: (count > 0.0).then(|| samples.iter().map(|s| s.q).sum::<f64>() / count),
             q_star_min: least(|s| s.q_star),

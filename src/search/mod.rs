@@ -39,10 +39,9 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Whether bands are still being searched for, or chosen anew after a failed proof; what else
-    /// follows (solids, proof) is of bounded length.
+    /// Whether bands are still being searched for; bodies and proof follow.
     pub fn is_search(&self) -> bool {
-        [CANDIDATES, SOLVING, COMBINING, POLISH, FALLBACK].contains(&self.stage)
+        [CANDIDATES, SOLVING, COMBINING, POLISH].contains(&self.stage)
     }
 }
 
@@ -110,6 +109,9 @@ impl Plan {
     }
 }
 
+/// Share of the planned candidates that a first look begins with.
+const FIRST_LOOK: usize = 12;
+
 /// Candidates drawn before their number is compared with what is wanted.
 const BATCH: usize = 256;
 /// Memory for stored candidates, bytes: more of them are not kept.
@@ -142,26 +144,24 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         answer
     };
 
+    let mut drawn = Drawn::default();
     let wanted = (plan.usable, plan.draws);
-    let (candidates, flaws, drawn) = gather(&workshop, seed, wanted, &mut |done, count| {
+    drawn.more(&workshop, seed, wanted, &mut |done, count| {
         tell(CANDIDATES, done, count, None)
     });
+    let candidates = &drawn.usable;
     let usable = candidates.len();
     if usable == 0 {
         return Err(match stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => no_band((motion, settings), &flaws, drawn),
+            StopReason::Finished => no_band((motion, settings), &drawn.flaws, drawn.count),
         });
     }
-    let pool = Pool::new(&workshop, &candidates, &mut |done, _| {
+    let pool = Pool::new(&workshop, candidates, &mut |done, _| {
         tell(COMBINING, 0.5 * done, usable, None)
     });
-    let counts = match settings.gear.sub_gear_pairs {
-        PairCount::Fixed(k) => k..=k,
-        PairCount::Auto(_) => dof + 1..=dof + MORE,
-    };
     let mut best: Vec<Team> = Vec::new();
-    for k in counts {
+    for k in counts(settings, dof) {
         let choices = pool.best(seed, k, plan.starts, &mut |done, q| {
             tell(COMBINING, 0.5 + 0.5 * done, usable, q)
         });
@@ -202,40 +202,120 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     Ok(Found { choices, stop })
 }
 
-/// Candidates usable by themselves, as many as wanted unless `most` were drawn or `tell` breaks; what
-/// the others failed of; how many were drawn.
-fn gather(
-    workshop: &Workshop,
-    seed: u64,
-    (wanted, most): (usize, usize),
-    tell: &mut dyn FnMut(f64, usize) -> ControlFlow<()>,
-) -> (Vec<Candidate>, BTreeMap<Flaw, usize>, usize) {
-    let mut candidates: Vec<Candidate> = Vec::new();
-    let mut flaws: BTreeMap<Flaw, usize> = BTreeMap::new();
-    let mut drawn = 0;
-    let look = workshop.draws_between_looks();
-    let mut room = ROOM;
-    while candidates.len() < wanted && drawn < most && room > 0 {
-        for _ in 0..BATCH.div_ceil(look) {
-            let (usable, failed) = workshop.sample(seed, drawn, look);
-            drawn += look;
-            for candidate in usable {
-                room = room.saturating_sub(candidate.swept.bytes());
-                if candidates.len() < wanted && room > 0 {
-                    candidates.push(candidate);
+/// A first look: the best choice of few candidates, as it was found, without polish. Twice as many
+/// candidates are tried as long as there is no choice that closes the follower, up to those of [`run`].
+///
+/// # Errors
+/// As [`run`].
+pub fn draft(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Result<Found> {
+    let workshop = Workshop::new(motion, settings);
+    let dof = motion.class().dof();
+    let whole = Plan::new(dof, settings.search.effort);
+    let seed = settings.search.seed;
+    let mut stop = StopReason::Finished;
+    let mut drawn = Drawn::default();
+    let mut share = FIRST_LOOK;
+    loop {
+        let wanted = (whole.usable.div_ceil(share), whole.draws.div_ceil(share));
+        let mut tell = |stage: &'static str, done: f64, candidates: usize| {
+            let answer = observer(&Progress {
+                stage,
+                done,
+                candidates,
+                best_q: None,
+            });
+            if answer.is_break() {
+                stop = StopReason::Stopped;
+            }
+            answer
+        };
+        drawn.more(&workshop, seed, wanted, &mut |done, count| {
+            tell(CANDIDATES, done, count)
+        });
+        let usable = drawn.usable.len();
+        let pool = Pool::new(&workshop, &drawn.usable, &mut |done, _| {
+            tell(COMBINING, 0.5 * done, usable)
+        });
+        for k in counts(settings, dof) {
+            let choices = pool.best(seed, k, whole.starts.div_ceil(share), &mut |done, _| {
+                tell(COMBINING, 0.5 + 0.5 * done, usable)
+            });
+            if let Some(best) = choices.first()
+                && best.q > settings.gear.closure_threshold
+            {
+                let bands = best.bands.iter();
+                let bands = bands.map(|&i| drawn.usable[i].law.clone()).collect();
+                let choices = vec![(bands, best.q)];
+                return Ok(Found { choices, stop });
+            }
+        }
+        match (stop, share) {
+            (StopReason::Stopped, _) => return Err(Error::Interrupted),
+            (_, 1) if usable == 0 => {
+                return Err(no_band((motion, settings), &drawn.flaws, drawn.count));
+            }
+            (_, 1) => return Err(no_choice((motion, settings), usable)),
+            _ => share = share.div_ceil(2),
+        }
+    }
+}
+
+/// Numbers of bands to try, fewest first.
+fn counts(settings: &Settings, dof: usize) -> std::ops::RangeInclusive<usize> {
+    match settings.gear.sub_gear_pairs {
+        PairCount::Fixed(k) => k..=k,
+        PairCount::Auto(_) => dof + 1..=dof + MORE,
+    }
+}
+
+/// Candidates as they are drawn.
+#[derive(Default)]
+struct Drawn {
+    /// Usable by themselves.
+    usable: Vec<Candidate>,
+    /// What the others failed of.
+    flaws: BTreeMap<Flaw, usize>,
+    /// How many were drawn.
+    count: usize,
+    /// Memory of the usable ones, bytes.
+    bytes: usize,
+}
+
+impl Drawn {
+    /// Draws on until there are as many as planned, most were drawn, memory is full or `tell` breaks.
+    fn more(
+        &mut self,
+        workshop: &Workshop,
+        seed: u64,
+        (wanted, most): (usize, usize),
+        tell: &mut dyn FnMut(f64, usize) -> ControlFlow<()>,
+    ) {
+        let look = workshop.draws_between_looks();
+        let full = |drawn: &Drawn| drawn.usable.len() >= wanted || drawn.bytes >= ROOM;
+        while !full(self) && self.count < most {
+            for _ in 0..BATCH.div_ceil(look) {
+                if full(self) {
+                    return;
                 }
-            }
-            for (flaw, count) in failed {
-                *flaws.entry(flaw).or_insert(0) += count;
-            }
-            let found = candidates.len() as f64 / wanted as f64;
-            let done = found.max(drawn as f64 / most as f64).min(1.0);
-            if tell(done, candidates.len()).is_break() {
-                return (candidates, flaws, drawn);
+                let (usable, failed) = workshop.sample(seed, self.count, look);
+                self.count += look;
+                for candidate in usable {
+                    if !full(self) {
+                        self.bytes += candidate.swept.bytes();
+                        self.usable.push(candidate);
+                    }
+                }
+                for (flaw, count) in failed {
+                    *self.flaws.entry(flaw).or_insert(0) += count;
+                }
+                let found = self.usable.len() as f64 / wanted as f64;
+                let done = found.max(self.count as f64 / most as f64).min(1.0);
+                if tell(done, self.usable.len()).is_break() {
+                    return;
+                }
             }
         }
     }
-    (candidates, flaws, drawn)
 }
 
 /// Polishes one team after the other; `Break` when `tell` breaks.

@@ -13,7 +13,7 @@ use super::infeasible::{no_band, no_choice};
 use super::select::{Choice, Pool, Tell};
 use super::slsqp::Limits;
 use super::{
-    CANDIDATES, COMBINING, FINALISTS, MORE, Observer, Progress, SOLVING, StopReason, gather,
+    CANDIDATES, COMBINING, Drawn, FINALISTS, MORE, Observer, Progress, SOLVING, StopReason,
 };
 use crate::contact::{BandStart, PaperBand};
 use crate::motion::Motion;
@@ -69,16 +69,18 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         answer
     };
     let wanted = (SKETCHES * dof, DRAWS * dof);
-    let (sketches, flaws, drawn) = gather(&workshop, seed, wanted, &mut |done, count| {
+    let mut drawn = Drawn::default();
+    drawn.more(&workshop, seed, wanted, &mut |done, count| {
         tell(CANDIDATES, done, count, None)
     });
+    let sketches = &drawn.usable;
     if sketches.is_empty() {
         return Err(match stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => no_band((motion, settings), &flaws, drawn),
+            StopReason::Finished => no_band((motion, settings), &drawn.flaws, drawn.count),
         });
     }
-    let starts = starts(&workshop, &sketches, settings, &mut |done, q| {
+    let starts = starts(&workshop, sketches, settings, &mut |done, q| {
         tell(COMBINING, done, sketches.len(), q)
     });
 
