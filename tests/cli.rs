@@ -168,6 +168,15 @@ fn bad_settings_are_refused() {
         ),
         ("tip_mm = nan", ["gear.tip_mm", "is NaN"]),
         ("root_mm = inf", ["gear.root_mm", "is inf"]),
+        ("root_mm = 13.0", ["gear.root_mm", "is 13"]),
+        (
+            "[support]\nscrew_hole_diameter_mm = 6.0",
+            ["support.screw_hole_diameter_mm", "allowed 1.6 to 5"],
+        ),
+        (
+            "[support]\npin_radius_mm = 1.5",
+            ["support.pin_radius_mm", "at least 0.4 mm are needed"],
+        ),
     ] {
         bad_motion(&format!("{UNIFORM}[gear]\n{field}\n"), &parts);
     }

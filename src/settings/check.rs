@@ -113,8 +113,8 @@ impl Settings {
         c.range(
             "support.screw_hole_diameter_mm",
             support.screw_hole_diameter_mm,
-            0.5,
-            20.0,
+            1.6,
+            5.0,
         );
         c.range("search.effort", search.effort, 0.001, 1000.0);
         c.range("search.time_limit_s", search.time_limit_s, 0.0, 1e7);
@@ -184,6 +184,15 @@ impl Settings {
             ),
             "",
         );
+        c.holds(
+            "gear.root_mm",
+            gear.root_mm > 0.5 * gear.center_distance_mm,
+            format!(
+                "is {}, more than half of center_distance_mm = {}",
+                gear.root_mm, gear.center_distance_mm
+            ),
+            "the root would reach beyond the axis",
+        );
         let pitch = std::f64::consts::PI * gear.center_distance_mm / gear.teeth.max(1) as f64;
         let needed = 2.0 * (thickness + fit.clearance_mm);
         c.holds(
@@ -238,6 +247,22 @@ impl Settings {
                     support.pin_radius_mm, hub.follower_radius_mm
                 ),
                 "a thinner pin or a larger follower hub",
+            );
+            // The pin's upper end has 0.65 of its radius, the thread 0.375 of the hole's diameter.
+            let (end, thread) = (
+                0.65 * support.pin_radius_mm,
+                0.375 * support.screw_hole_diameter_mm,
+            );
+            c.holds(
+                "support.pin_radius_mm",
+                class == Class::R1 && end < thread + 0.4,
+                format!(
+                    "is {}: around the thread of the cap's screw (support.screw_hole_diameter_mm = {}) {:.2} mm are left, at least 0.4 mm are needed",
+                    support.pin_radius_mm,
+                    support.screw_hole_diameter_mm,
+                    end - thread
+                ),
+                "a thicker pin or a smaller screw",
             );
             return;
         }
