@@ -168,6 +168,10 @@ fn bad_settings_are_refused() {
         ),
         ("tip_mm = nan", ["gear.tip_mm", "is NaN"]),
         ("root_mm = inf", ["gear.root_mm", "is inf"]),
+        (
+            "teeth = 60\nsub_gear_pairs = 12",
+            ["gear.sub_gear_pairs", "more than 480 teeth"],
+        ),
         ("root_mm = 13.0", ["gear.root_mm", "is 13"]),
         (
             "[support]\nscrew_hole_diameter_mm = 6.0",

@@ -115,7 +115,7 @@ const FIRST_LOOK: usize = 12;
 /// Candidates drawn before their number is compared with what is wanted.
 const BATCH: usize = 256;
 /// Memory for stored candidates, bytes: more of them are not kept.
-const ROOM: usize = 1 << 30;
+const ROOM: usize = 1 << 29;
 /// Polished choices that are offered to the proof.
 const FINALISTS: usize = 4;
 

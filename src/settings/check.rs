@@ -4,6 +4,9 @@ use super::{PairCount, Settings};
 use crate::Problem;
 use crate::motion::Class;
 
+/// Teeth of all bands of a gear.
+const MOST_TEETH: usize = 480;
+
 /// Collects what is out of range.
 #[derive(Default)]
 struct Checker {
@@ -136,6 +139,15 @@ impl Settings {
                 !(least..=12).contains(&k),
                 format!("is {k}, allowed {least} to 12 or \"auto\" in class {class}"),
                 "N degrees of freedom need at least N+1 contacts",
+            );
+            c.holds(
+                "gear.sub_gear_pairs",
+                k * gear.teeth > MOST_TEETH,
+                format!(
+                    "is {k}, with gear.teeth = {} more than {MOST_TEETH} teeth on a gear",
+                    gear.teeth
+                ),
+                "fewer bands or fewer teeth in each; bodies of so many teeth take minutes to build",
             );
         }
         let thickness = gear.tooth_thickness_mm;
