@@ -54,6 +54,7 @@
 //!
 //! [`pipeline::run`] does this with solids, proof and all, and [`export::files`] makes the output folder.
 
+pub mod bound;
 pub mod closure;
 pub mod contact;
 pub mod design;
@@ -65,6 +66,7 @@ pub mod export;
 pub mod load;
 pub mod motion;
 pub mod pipeline;
+pub mod remedy;
 pub mod search;
 pub mod settings;
 pub mod solid;

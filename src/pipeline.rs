@@ -23,6 +23,8 @@ pub struct Outcome {
     pub check: Option<Check>,
     /// Largest |n·v_rel|, |n·T²|, mm/rad.
     pub residual: f64,
+    /// What a user should know that is no problem.
+    pub remarks: Vec<String>,
     /// Whether the run was cut short.
     pub stop: StopReason,
 }
@@ -35,6 +37,7 @@ impl Outcome {
             design,
             solids: None,
             check: None,
+            remarks: Vec::new(),
             stop,
         };
         outcome.design.problems = vec![UNBUILT.into()];
@@ -96,7 +99,12 @@ pub type Observer<'a> = dyn FnMut(Event) -> ControlFlow<()> + 'a;
 /// As [`search::run`]; [`Error::Infeasible`] when no choice leaves room for the joint;
 /// [`Error::Internal`] when no choice can be traced.
 pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Result<Outcome> {
-    let (choices, stop) = choices(file, motion, observer)?;
+    let Choices {
+        bands: choices,
+        contact_ratio,
+        stop,
+    } = choices(file, motion, observer)?;
+    let (file, remark) = &at_ratio(file, contact_ratio);
     let mut best: Option<Outcome> = None;
     let mut failure = None;
     for (i, (bands, q)) in choices.iter().enumerate() {
@@ -119,7 +127,10 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
             break;
         }
         let mut outcome = match synthesis::design(file, motion, bands) {
-            Ok(design) => Outcome::new(design, motion, stop),
+            Ok(design) => Outcome {
+                remarks: remark.clone(),
+                ..Outcome::new(design, motion, stop)
+            },
             Err(error) => {
                 failure = Some(error);
                 continue;
@@ -172,11 +183,15 @@ pub fn draft(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Res
     let found = search::draft(motion, &file.settings, &mut |progress| {
         observer(Event::Progress(progress))
     })?;
+    let (file, remarks) = &at_ratio(file, found.contact_ratio);
     let mut failure = Error::Interrupted;
     for (bands, _) in found.choices {
         match synthesis::design(file, motion, &Bands::Exact(bands)) {
             Ok(design) => {
-                let mut outcome = Outcome::new(design, motion, found.stop);
+                let mut outcome = Outcome {
+                    remarks: remarks.clone(),
+                    ..Outcome::new(design, motion, found.stop)
+                };
                 let _ = observer(Event::Best(&outcome));
                 outcome.build(motion);
                 if outcome.solids.is_some() {
@@ -190,30 +205,50 @@ pub fn draft(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Res
     Err(failure)
 }
 
-/// Choices of bands, best first, with their min Q, by the method that the settings ask for.
-fn choices(
-    file: &MotionFile,
-    motion: &Motion,
-    observer: &mut Observer,
-) -> Result<(Vec<(Bands, f64)>, StopReason)> {
+/// `file` with the contact ratio that was found, and what to say about it where it is not the one asked
+/// for.
+fn at_ratio(file: &MotionFile, contact_ratio: f64) -> (MotionFile, Vec<String>) {
+    let mut found = file.clone();
+    let asked = std::mem::replace(&mut found.settings.gear.contact_ratio, contact_ratio);
+    let remarks = (asked != contact_ratio).then(|| {
+        format!(
+            "contact ratio {contact_ratio}: at {asked} no gear was found, or only one that holds less"
+        )
+    });
+    (found, remarks.into_iter().collect())
+}
+
+/// What the search hands over.
+struct Choices {
+    /// Choices of bands, best first, with their hold.
+    bands: Vec<(Bands, f64)>,
+    /// Contact ratio of their teeth.
+    contact_ratio: f64,
+    stop: StopReason,
+}
+
+/// Searches by the method that the settings ask for.
+fn choices(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Result<Choices> {
     let settings = &file.settings;
     let observer = &mut |progress: &Progress| observer(Event::Progress(progress));
     Ok(match settings.search.method {
         Method::Exact => {
             let found = search::run(motion, settings, observer)?;
             let choices = found.choices.into_iter();
-            (
-                choices.map(|(b, q)| (Bands::Exact(b), q)).collect(),
-                found.stop,
-            )
+            Choices {
+                bands: choices.map(|(b, q)| (Bands::Exact(b), q)).collect(),
+                contact_ratio: found.contact_ratio,
+                stop: found.stop,
+            }
         }
         Method::Paper => {
             let found = paper_search::run(motion, settings, observer)?;
             let choices = found.choices.into_iter();
-            (
-                choices.map(|(b, q)| (Bands::Paper(b), q)).collect(),
-                found.stop,
-            )
+            Choices {
+                bands: choices.map(|(b, q)| (Bands::Paper(b), q)).collect(),
+                contact_ratio: settings.gear.contact_ratio,
+                stop: found.stop,
+            }
         }
     })
 }

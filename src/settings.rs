@@ -25,13 +25,13 @@ pub struct Settings {
     pub load: crate::load::Load,
 }
 
-/// Number of sub-gear pairs K: from N+1 upwards, or fixed.
+/// Number of sub-gear pairs K: from N+1 upwards, to N+4 at the most, or fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected \"auto\" or a whole number")]
 pub enum PairCount {
     /// A fixed K ≥ N+1.
     Fixed(usize),
-    /// `"auto"`: from N+1 upwards until feasible.
+    /// `"auto"`: from N+1 upwards until the hold is good ([`Search::least_hold`]).
     Auto(Auto),
 }
 
@@ -45,9 +45,12 @@ pub enum Auto {
 
 impl Settings {
     /// Sizes that were not `given` (by section and field) follow a tooth that is thinner than they
-    /// allow for.
+    /// allow for; a contact ratio that was given is kept.
     pub(crate) fn follow(&mut self, given: impl Fn(&str, &str) -> bool) {
         let gear = &mut self.gear;
+        if given("gear", "contact_ratio") && !given("gear", "least_contact_ratio") {
+            gear.least_contact_ratio = gear.least_contact_ratio.max(gear.contact_ratio);
+        }
         let at_most = |section: &str, key: &str, size: &mut f64, most: f64| {
             if *size > most && most > 0.0 && !given(section, key) {
                 *size = most;
@@ -76,6 +79,10 @@ pub struct Gear {
     pub teeth: usize,
     /// c, contact ratio. Default 1.44.
     pub contact_ratio: f64,
+    /// Contact ratio that is tried where no gear is found at `contact_ratio`, or only one that holds
+    /// weakly: shorter teeth fold less and leave more room. Default 1.1; the contact ratio itself where
+    /// that is given.
+    pub least_contact_ratio: f64,
     /// K, number of sub-gear pairs. Default "auto".
     pub sub_gear_pairs: PairCount,
     /// Tooth thickness across the bead, along the contact normal, mm. Default 1.8.
@@ -109,6 +116,7 @@ impl Default for Gear {
             center_distance_mm: 25.0,
             teeth: 10,
             contact_ratio: 1.44,
+            least_contact_ratio: 1.1,
             sub_gear_pairs: PairCount::Auto(Auto::Auto),
             tooth_thickness_mm: 1.8,
             flank_radius_mm: 0.9,
@@ -253,6 +261,11 @@ pub struct Search {
     pub time_limit_s: f64,
     /// Parameterisation. Default "exact".
     pub method: Method,
+    /// Min Q* below which one more sub-gear pair is tried (where their number is "auto") and then the
+    /// least contact ratio. Followers of designs below 0.14 were seen to jump out of their teeth under a
+    /// load; from 0.2 on they follow, the more closely the more there is. Default 0.3; 0 takes the first
+    /// number that closes the follower at all.
+    pub least_hold: f64,
 }
 
 impl Default for Search {
@@ -262,6 +275,7 @@ impl Default for Search {
             effort: 1.0,
             time_limit_s: 0.0,
             method: Method::Exact,
+            least_hold: 0.3,
         }
     }
 }

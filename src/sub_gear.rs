@@ -25,6 +25,12 @@ pub struct Sketch {
     pub travel: f64,
     /// Offset of the contact from the pitch point along n at mid contact.
     pub offset: f64,
+    /// Share of the follower's rise and fall that the locus takes part in: 0 keeps it level in Σ, where
+    /// the driver's band is then flat, 1 keeps the follower's band flat.
+    pub ride: f64,
+    /// Share of the pitch point's wandering from tooth to tooth that the contact does not take part in,
+    /// along n.
+    pub stay: f64,
 }
 
 /// Design variables of a band: a sketch common to its teeth, and how four numbers of each tooth depart
@@ -51,7 +57,16 @@ impl BandLaw {
         let s = &self.sketch;
         let [alpha, beta, offset, z] = self.shifts[j];
         let alpha = s.alpha + alpha;
-        let z = s.z + z;
+        let nodes = &grid.teeth[j];
+        let last = nodes.len() - 1;
+        let middle_node = &nodes[last / 2];
+        // Without a ride nothing is asked of the motion, so that round-off does not come in.
+        let rise = |i: usize| match s.ride == 0.0 {
+            true => 0.0,
+            false => s.ride * nodes[i].rise(s.z, grid.center_distance),
+        };
+        let z = s.z + z + rise(last / 2);
+        let travel = s.travel + rise(last) - rise(0);
         let (start, middle, end) = (-0.5, 0.0, 0.5);
         let rolling = |u: f64| {
             rolling_beta(
@@ -59,20 +74,26 @@ impl BandLaw {
                 j,
                 u,
                 alpha + s.alpha_change * u,
-                (s.side, z + s.travel * u, s.travel),
+                (s.side, z + travel * u, travel),
             )
         };
         let share = |tan: f64| (s.roll * tan).atan();
-        ToothLaw {
+        let mut law = ToothLaw {
             alpha,
             beta: share(rolling(middle)) + beta,
             alpha_change: s.alpha_change,
             beta_change: share(rolling(end)) - share(rolling(start)) + s.beta_change,
             side: s.side,
             z,
-            travel: s.travel,
+            travel,
             offset: s.offset + offset,
+        };
+        if s.stay != 0.0 {
+            let mut wandering = middle_node.pitch_point(z);
+            wandering -= Vector3::new(-0.5 * grid.center_distance, 0.0, z);
+            law.offset -= s.stay * law.normal(middle).0.dot(&wandering);
         }
+        law
     }
 
     /// All design variables in a row, as stored in `design.json`.
@@ -87,6 +108,8 @@ impl BandLaw {
             s.z,
             s.travel,
             s.offset,
+            s.ride,
+            s.stay,
         ];
         row.extend(self.shifts.iter().flatten());
         row
@@ -208,22 +231,17 @@ impl Band {
     /// # Errors
     /// The flaw of the first tooth that no pressure angle up to 70° mends.
     pub fn mend(grid: &Grid, mut law: BandLaw, margins: &Margins) -> Result<Band, Flaw> {
-        let mut teeth = Vec::with_capacity(grid.teeth.len());
-        for j in 0..grid.teeth.len() {
-            loop {
-                match tooth(grid, j, &law.at(grid, j), margins) {
-                    Ok(trace) => {
-                        teeth.push(trace);
-                        break;
-                    }
-                    Err(Flaw::Gap) if law.at(grid, j).alpha < 70f64.to_radians() => {
-                        law.shifts[j][0] += 5f64.to_radians();
-                    }
-                    Err(flaw) => return Err(flaw),
-                }
-            }
-        }
+        let teeth = (0..grid.teeth.len())
+            .map(|j| mended(grid, j, &mut law, margins))
+            .collect::<Result<Vec<_>, _>>()?;
         Ok(Band { law, teeth })
+    }
+
+    /// What each tooth of `law` fails of by itself, mended as far as it goes.
+    pub(crate) fn flaws(grid: &Grid, mut law: BandLaw, margins: &Margins) -> Vec<Option<Flaw>> {
+        (0..grid.teeth.len())
+            .map(|j| mended(grid, j, &mut law, margins).err())
+            .collect()
     }
 
     /// Axis of the bead of tooth `j` in the frame of `gear`: the contact curve moved by the bead
@@ -245,6 +263,18 @@ impl Band {
                 p + bead_radius * n
             })
             .collect()
+    }
+}
+
+/// Traces tooth `j`, raising its pressure angle up to 70° while it would cross its mate.
+fn mended(grid: &Grid, j: usize, law: &mut BandLaw, margins: &Margins) -> Result<Trace, Flaw> {
+    loop {
+        match tooth(grid, j, &law.at(grid, j), margins) {
+            Err(Flaw::Gap) if law.at(grid, j).alpha < 70f64.to_radians() => {
+                law.shifts[j][0] += 5f64.to_radians();
+            }
+            traced => return traced,
+        }
     }
 }
 

@@ -79,10 +79,14 @@ fn summary_has_the_agreed_keys() {
             "class",
             "k",
             "j",
+            "contact_ratio",
             "feasible",
+            "draft",
             "q_min",
             "q_mean",
             "q_star_min",
+            "q_bound",
+            "q_star_bound",
             "eta_min",
             "valid_time",
             "conjugation_residual_max",
@@ -93,6 +97,8 @@ fn summary_has_the_agreed_keys() {
             "seed",
             "version",
             "problems",
+            "remedies",
+            "remarks",
             "stopped"
         ]
     );

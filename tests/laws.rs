@@ -275,7 +275,7 @@ fn compatible_bands_do_not_overlap() {
         let workshop = Workshop::new(&motion, &file.settings);
         let mut candidates = Vec::new();
         for batch in 0..40 {
-            candidates.extend(workshop.sample(5, 64 * batch, 64).0);
+            candidates.extend(workshop.sample(5, (64 * batch, 64), &[]).0);
             if candidates.len() > 12 {
                 break;
             }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use mpcgear::design::{ClosureSample, Design, file};
 use mpcgear::motion::{Motion, MotionFile};
+use mpcgear::remedy;
 use mpcgear::search;
 use mpcgear::solid::Solids;
 use mpcgear::solid::kernel::Solid;
@@ -15,11 +16,16 @@ use mpcgear::synthesis::{self, Bands};
 /// Phases at which driver and follower are tried for overlap.
 const PHASES: i32 = 12;
 
-/// A motion of `class`, with little search.
-fn motion_file(class: &str, motion: &str, effort: f64) -> (MotionFile, Motion) {
+/// A motion of `class`, with little search: so little that most holds are weak, so it takes the first
+/// number of bands that closes the follower unless `least_hold` asks for more.
+fn motion_file(
+    class: &str,
+    motion: &str,
+    (effort, least_hold): (f64, f64),
+) -> (MotionFile, Motion) {
     let text = format!(
         "name = \"small\"\nclass = \"{class}\"\n[motion]\nkind = \"formula\"\n{motion}\n\
-         [search]\neffort = {effort}\nseed = 3\n"
+         [search]\neffort = {effort}\nseed = 3\nleast_hold = {least_hold}\n"
     );
     MotionFile::parse(&text, Path::new("small.toml"), Path::new(".")).expect("a motion")
 }
@@ -36,7 +42,7 @@ fn designed(file: &MotionFile, motion: &Motion, threads: usize) -> Design {
 
 /// The hold (min Q, where units mix min Q*) at least `floor` with K = N + 1, three runs alike, conjugate, and sound where it is checked.
 fn holds((class, motion, effort): (&str, &str, f64), pairs: usize, floor: f64) {
-    let (given, motion) = motion_file(class, motion, effort);
+    let (given, motion) = motion_file(class, motion, (effort, 0.0));
     let design = designed(&given, &motion, 1);
     let text = file::text(&design).expect("text");
     for threads in [2, 1] {
@@ -85,9 +91,50 @@ fn spherical() {
     holds(("3R", motion, 0.03), 4, 3.5);
 }
 
+const LIFTED: &str = "own_turn = \"-phi\"\naxis = [\"0.05*sin(phi)\", \"0.05*cos(phi)\", \"1\"]\n\
+                      translation = [\"0\", \"0\", \"0.8*sin(phi)\"]";
+
 #[test]
 fn spherical_and_sliding() {
-    let motion = "own_turn = \"-phi\"\naxis = [\"0.05*sin(phi)\", \"0.05*cos(phi)\", \"1\"]\n\
-                  translation = [\"0\", \"0\", \"0.8*sin(phi)\"]";
-    holds(("3R1T", motion, 0.03), 5, 0.1);
+    holds(("3R1T", LIFTED, 0.03), 5, 0.08);
+}
+
+/// The same search, told to be content with nothing, goes on to more bands, which hold better.
+#[test]
+fn weak_holds_get_more_bands() {
+    let best = |least_hold: f64| {
+        let (given, motion) = motion_file("3R1T", LIFTED, (0.03, least_hold));
+        let found = search::run(&motion, &given.settings, &mut |_| ControlFlow::Continue(()));
+        let found = found.expect("bands");
+        assert_eq!(found.is_weak, found.hold() < least_hold.max(0.02));
+        (found.choices[0].0.len(), found.hold())
+    };
+    let ((few, weak), (more, strong)) = (best(0.0), best(1.0));
+    assert!(more > few, "{few} bands, then {more}");
+    assert!(strong > 1.05 * weak, "{weak}, then {strong}");
+}
+
+/// A cone of 20 degrees is too much for teeth of these sizes: what is said to work instead does.
+#[test]
+fn remedies_are_drafts_that_were_found() {
+    let cone = "own_turn = \"-phi\"\naxis = [\"sin(20*deg)*cos(phi)\", \"sin(20*deg)*sin(phi)\", \"cos(20*deg)\"]";
+    let (given, motion) = motion_file("3R", cone, (0.1, 0.0));
+    let mut quiet = |_: &search::Progress| ControlFlow::Continue(());
+    let refused = search::run(&motion, &given.settings, &mut quiet).expect_err("too far");
+    assert!(refused.to_string().contains("φ = "), "{refused}");
+    let remedies = remedy::find(&motion, &given.settings, &mut quiet);
+    let smaller = remedies.iter().find(|r| r.change == "amplitude");
+    let share = smaller.expect("a smaller motion works").value;
+    assert!(share > 0.0 && share < 1.0, "{share}");
+    for remedy in &remedies {
+        let mut settings = given.settings.clone();
+        settings.search.effort *= 0.25;
+        let mut scaled = motion.clone();
+        match remedy.change.as_str() {
+            "gear.teeth" => settings.gear.teeth = remedy.value as usize,
+            "gear.center_distance_mm" => settings.gear.center_distance_mm = remedy.value,
+            _ => scaled = motion.scaled(remedy.value),
+        }
+        search::draft(&scaled, &settings, &mut quiet).expect("what was found");
+    }
 }

@@ -7,12 +7,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use mpcgear::bound;
 use mpcgear::design::{Design, file};
 use mpcgear::disk::Folder;
 use mpcgear::export::tables::{self, Summary};
 use mpcgear::export::{self, Source};
 use mpcgear::motion::{Motion, MotionFile};
 use mpcgear::pipeline::{self, Event, Outcome};
+use mpcgear::remedy::{self, Remedy};
 use mpcgear::search::StopReason;
 use mpcgear::settings::Method;
 use mpcgear::{Error, Result};
@@ -35,13 +37,21 @@ pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
         cli,
         target: Target::claim(&args.out)?,
         watch,
+        remedies: Vec::new(),
     };
     let motion = match motion {
         Ok(motion) => motion,
         Err(error) => return job.give_up(&file, None, error),
     };
     let outcome = work(args.draft, &file, &motion, &job.watch);
+    let remedies = match &outcome {
+        Ok(outcome) if outcome.design.problems.is_empty() || outcome.check.is_none() => Vec::new(),
+        Ok(_) | Err(Error::Infeasible { .. }) if !args.draft => job.remedies(&file, &motion),
+        _ => Vec::new(),
+    };
     job.watch.finish();
+    let outcome = outcome.map_err(|error| with_remedies(error, &remedies));
+    let job = Job { remedies, ..job };
     match outcome {
         Ok(outcome) => job.deliver(args, &motion, &outcome),
         Err(Error::Interrupted) if !job.watch.interrupted() => {
@@ -125,9 +135,26 @@ struct Job<'a> {
     cli: &'a Cli,
     target: Target,
     watch: Arc<Watch>,
+    /// What a motion that does not work would work with.
+    remedies: Vec<Remedy>,
 }
 
 impl Job<'_> {
+    /// Tries what would work, for a minute at the most and within the time limit.
+    fn remedies(&self, file: &MotionFile, motion: &Motion) -> Vec<Remedy> {
+        if file.settings.search.method != Method::Exact {
+            return Vec::new();
+        }
+        let started = self.watch.seconds();
+        remedy::find(motion, &file.settings, &mut |progress| {
+            let late = self.watch.seconds() - started > REMEDIES_S;
+            match self.watch.tell(progress) {
+                ControlFlow::Continue(()) if !late => ControlFlow::Continue(()),
+                _ => ControlFlow::Break(()),
+            }
+        })
+    }
+
     /// Writes what was found and tells of it. A first look has no report, which would take longer than
     /// the rest of it.
     fn deliver(&self, args: &DesignArgs, motion: &Motion, outcome: &Outcome) -> Result<u8> {
@@ -141,6 +168,13 @@ impl Job<'_> {
             let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
             summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
         }
+        summary.remarks = outcome.remarks.clone();
+        let bound = bound::of(design, motion);
+        summary.q_bound = bound.map(|b| b.q);
+        summary.q_star_bound = bound.map(|b| b.q_star);
+        let remedies = self.remedies.iter().map(Remedy::to_string);
+        summary.remarks.extend(remedies);
+        summary.remedies = self.remedies.clone();
         summary.draft = args.draft;
         summary.stopped = outcome.stop == StopReason::Stopped;
         summary.wall_seconds = self.watch.seconds();
@@ -180,6 +214,7 @@ impl Job<'_> {
             draft.problems = vec![format!("{reason} ({place}); {hint}")];
             let mut summary = Summary::of(&draft);
             summary.stopped = reason == OUT_OF_TIME;
+            summary.remedies = self.remedies.clone();
             summary.wall_seconds = self.watch.seconds();
             let files = match motion {
                 Some(motion) => export::files(
@@ -200,6 +235,28 @@ impl Job<'_> {
             show(self.cli, &summary, folder.path())?;
         }
         Err(error)
+    }
+}
+
+/// Time for the search of remedies, s.
+const REMEDIES_S: f64 = 60.0;
+
+/// The error with what would work as part of its hint.
+fn with_remedies(error: Error, remedies: &[Remedy]) -> Error {
+    match error {
+        Error::Infeasible {
+            reason,
+            place,
+            hint,
+        } if !remedies.is_empty() => {
+            let found: Vec<String> = remedies.iter().map(Remedy::to_string).collect();
+            Error::Infeasible {
+                reason,
+                place,
+                hint: format!("{hint}\n  found: {}", found.join("; ")),
+            }
+        }
+        error => error,
     }
 }
 
@@ -285,6 +342,9 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
     );
     for problem in &summary.problems {
         text += &format!("  - {problem}\n");
+    }
+    for remark in &summary.remarks {
+        text += &format!("{remark}\n");
     }
     if summary.stopped {
         text += "stopped early: the best so far; more time may give a better design\n";

@@ -91,7 +91,7 @@ pub struct ToothLaw {
 
 impl ToothLaw {
     /// Unit normal into the follower and its derivative by u.
-    fn normal(&self, u: f64) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn normal(&self, u: f64) -> (Vector3<f64>, Vector3<f64>) {
         let (sa, ca) = (self.alpha + self.alpha_change * u).sin_cos();
         let (sb, cb) = (self.beta + self.beta_change * u).sin_cos();
         let by_alpha = Vector3::new(cb * ca, -self.side * cb * sa, 0.0);
@@ -111,6 +111,15 @@ impl Node {
         let w = self.follower.omega - self.driver.omega;
         let v = self.follower.v_origin - self.driver.v_origin;
         Vector3::new((w.x * z - v.y) / w.z, (v.x + w.y * z) / w.z, z)
+    }
+
+    /// How far the follower's plane at height `z` stands above that height between the gears, at the
+    /// middle of the centre distance `distance`, mm.
+    pub fn rise(&self, z: f64, distance: f64) -> f64 {
+        let pose = &self.follower.pose;
+        let axis = pose.rotation.column(2);
+        let to = Vector3::new(-0.5 * distance, 0.0, 0.0) - pose.translation;
+        (z - axis.x * to.x - axis.y * to.y) / axis.z + pose.translation.z - z
     }
 }
 

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::curves::q_unit;
 use super::report::ReportInput;
+use crate::bound;
 use crate::design::Design;
 use crate::load::sensitivity::Sensitivity;
 use crate::load::{Load, LoadReport, PayloadLimit};
@@ -99,6 +100,15 @@ pub fn all(input: &ReportInput) -> Vec<Figure> {
             "",
             "Comparable between sizes and classes.",
         );
+        if let Some(bound) = bound::of(input.design, input.motion) {
+            add(
+                "… at most possible",
+                rounded(bound.q, 4),
+                unit,
+                "For this motion, centre distance and height, whatever the teeth.",
+            );
+            add("… at most possible, Q*", rounded(bound.q_star, 4), "", "");
+        }
         add(
             "Smallest quality, min η",
             rounded(c.eta_min, 3),

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
 use crate::motion::{Class, Motion};
+use crate::remedy::Remedy;
 use crate::{Error, Result};
 
 /// The figures of a design, as in `summary.json`; a figure that was not measured is `null`.
@@ -18,6 +19,9 @@ pub struct Summary {
     pub k: usize,
     /// J, teeth per band.
     pub j: usize,
+    /// c, contact ratio: that asked for, or the least where that holds better.
+    #[serde(default)]
+    pub contact_ratio: f64,
     /// Whether everything was proved to work.
     pub feasible: bool,
     /// Whether this is only a first look (`--draft`): neither polished nor proved.
@@ -29,6 +33,12 @@ pub struct Summary {
     pub q_mean: Option<f64>,
     /// Smallest Q with moments divided by L/2.
     pub q_star_min: Option<f64>,
+    /// What min Q is at most for this motion, size and reach, whatever the teeth.
+    #[serde(default)]
+    pub q_bound: Option<f64>,
+    /// What min Q* is at most.
+    #[serde(default)]
+    pub q_star_bound: Option<f64>,
     /// Smallest quality η.
     pub eta_min: Option<f64>,
     /// Share of the period with Q above the threshold (Eq. 11).
@@ -49,13 +59,19 @@ pub struct Summary {
     pub version: String,
     /// Why it is not a working gear; empty when it is.
     pub problems: Vec<String>,
+    /// Where it does not work: changes that a draft was found with.
+    #[serde(default)]
+    pub remedies: Vec<Remedy>,
+    /// What else there is to know.
+    #[serde(default)]
+    pub remarks: Vec<String>,
     /// Whether Ctrl-C or the time limit ended the work early: the best so far, not all that was planned.
     #[serde(default)]
     pub stopped: bool,
 }
 
 impl Summary {
-    /// What the design itself says; the four figures of the proof and the time stay open.
+    /// What the design itself says; the bounds, the four figures of the proof and the time stay open.
     pub fn of(design: &Design) -> Summary {
         let samples = &design.closure;
         let least = |values: fn(&crate::design::ClosureSample) -> f64| {
@@ -73,11 +89,14 @@ impl Summary {
             class: design.class,
             k: design.sub_gear_pairs.len(),
             j: design.settings.gear.teeth,
+            contact_ratio: design.settings.gear.contact_ratio,
             feasible: design.problems.is_empty(),
             draft: false,
             q_min: least(|s| s.q),
             q_mean: (count > 0.0).then(|| samples.iter().map(|s| s.q).sum::<f64>() / count),
             q_star_min: least(|s| s.q_star),
+            q_bound: None,
+            q_star_bound: None,
             eta_min: least(|s| s.eta),
             valid_time: (count > 0.0).then(|| valid / count),
             conjugation_residual_max: None,
@@ -88,6 +107,8 @@ impl Summary {
             seed: design.settings.search.seed,
             version: env!("CARGO_PKG_VERSION").into(),
             problems: design.problems.clone(),
+            remedies: Vec::new(),
+            remarks: Vec::new(),
             stopped: false,
         }
     }

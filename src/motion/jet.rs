@@ -72,6 +72,25 @@ impl PoseJet {
         }
     }
 
+    /// The same motion with `share` of its departure from the uniform turn −φ: turns about the same axes
+    /// by smaller angles, smaller translations.
+    pub(super) fn scaled(&self, share: f64, phi: f64) -> PoseJet {
+        let angle = Dual2_64::new(phi, 1.0, 0.0);
+        let [w, x, y, z] = compose(&self.rotation, &about_z(angle));
+        let length = (w * w + x * x + y * y + z * z).sqrt();
+        let length = if w.re < 0.0 { -length } else { length };
+        let departure = [
+            length * (1.0 - share) + w * share,
+            x * share,
+            y * share,
+            z * share,
+        ];
+        PoseJet {
+            rotation: compose(&departure, &about_z(-angle)),
+            translation: self.translation.map(|t| t * share),
+        }
+    }
+
     /// Pose, twist and twist rate.
     pub(super) fn state(&self) -> MotionState {
         let part = |f: fn(&Dual2_64) -> f64| {

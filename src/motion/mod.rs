@@ -124,6 +124,8 @@ pub struct Motion {
     class: Class,
     shape: Shape,
     align: UnitQuaternion<f64>,
+    /// Share of the departure from the uniform turn; `None` is all of it.
+    share: Option<f64>,
 }
 
 /// What evaluates the motion.
@@ -183,7 +185,17 @@ impl Motion {
             class,
             shape,
             align,
+            share: None,
         })
+    }
+
+    /// The same motion with `share` (0 to 1) of its departure from the uniform turn: tilts, changes of
+    /// speed and translations.
+    pub fn scaled(&self, share: f64) -> Motion {
+        Motion {
+            share: Some(share),
+            ..self.clone()
+        }
     }
 
     /// Class the motion belongs to.
@@ -195,11 +207,16 @@ impl Motion {
     ///
     /// The follower's frame has its origin at the joint's centre and its z axis on the hub axis.
     pub fn state(&self, phi: f64) -> MotionState {
-        self.projected(self.shape.at(phi).turned(&self.align))
-            .state()
+        self.projected(self.jet(phi)).state()
     }
 
-    /// Pose of the frame that the motion file speaks of; differs from [`Motion::state`]'s by a
+    /// Pose of the follower's frame with derivatives.
+    fn jet(&self, phi: f64) -> PoseJet {
+        let jet = self.shape.at(phi).turned(&self.align);
+        self.share.map_or(jet, |share| jet.scaled(share, phi))
+    }
+
+    /// Pose of the frame that the motion file speaks of (of the whole motion, not a scaled one); differs from [`Motion::state`]'s by a
     /// constant turn if that frame's z axis is not the hub axis.
     pub fn user_pose(&self, phi: f64) -> Pose {
         self.projected(self.shape.at(phi)).state().pose
@@ -207,7 +224,7 @@ impl Motion {
 
     /// Centre C(φ) of the follower-support joint in Σ: O, moved along z where the class slides.
     pub fn joint_centre(&self, phi: f64) -> Vector3<f64> {
-        let translation = self.projected(self.shape.at(phi)).translation;
+        let translation = self.projected(self.jet(phi)).translation;
         Vector3::from(translation.map(|t| t.re))
     }
 
@@ -223,5 +240,47 @@ impl Motion {
             (jet.rotation[1], jet.rotation[2]) = (zero, zero);
         }
         jet
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_scaled_motion_goes_from_the_uniform_turn_to_the_whole() {
+        let source: MotionSource = serde_json::from_value(serde_json::json!({
+            "kind": "formula", "own_turn": "-phi + 0.2*sin(phi)",
+            "axis": ["0.2*sin(phi)", "0.15*cos(2*phi)", "1"], "translation": ["0", "0", "2*sin(phi)"]
+        }))
+        .unwrap();
+        let motion = Motion::new(Class::R3T1, &source).unwrap();
+        let uniform = Motion::new(Class::R3T1, &MotionSource::Uniform {}).unwrap();
+        for phi in [0.3, 1.7, 4.4, 6.1] {
+            let close = |a: MotionState, b: MotionState| {
+                assert_relative_eq!(a.pose.rotation, b.pose.rotation, epsilon = 1e-12);
+                assert_relative_eq!(a.pose.translation, b.pose.translation, epsilon = 1e-12);
+                assert_relative_eq!(a.omega, b.omega, epsilon = 1e-12);
+                assert_relative_eq!(a.omega_rate, b.omega_rate, epsilon = 1e-12);
+                assert_relative_eq!(a.v_origin_rate, b.v_origin_rate, epsilon = 1e-12);
+            };
+            close(motion.scaled(1.0).state(phi), motion.state(phi));
+            close(motion.scaled(0.0).state(phi), uniform.state(phi));
+            let half = motion.scaled(0.5);
+            let (before, at, after) = (
+                half.state(phi - 1e-5),
+                half.state(phi),
+                half.state(phi + 1e-5),
+            );
+            assert_relative_eq!(
+                (after.omega - before.omega) / 2e-5,
+                at.omega_rate,
+                epsilon = 1e-7
+            );
+            let tilt = |state: &MotionState| state.pose.rotation[(2, 2)].acos();
+            assert_relative_eq!(tilt(&at), 0.5 * tilt(&motion.state(phi)), epsilon = 2e-3);
+            assert_relative_eq!(half.joint_centre(phi), 0.5 * motion.joint_centre(phi));
+        }
     }
 }

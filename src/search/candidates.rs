@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::clearance::Scene;
+use super::polish::mutate;
 use super::swept::Swept;
 use crate::closure::{Wrench, wrench};
 use crate::contact::Grid;
@@ -155,6 +156,12 @@ impl Workshop {
         })
     }
 
+    /// What a hold of Q* = 1 is in the unit of the search: L/2 where Q is in mm, 1 where the search goes
+    /// by Q* itself.
+    pub fn hold_unit(&self) -> f64 {
+        25.0 * self.scale / 2.0 / self.length
+    }
+
     /// Length scale of the gear, L/25.
     pub fn scale(&self) -> f64 {
         self.scale
@@ -184,8 +191,47 @@ impl Workshop {
             z,
             travel,
             offset: rng.random_range(-1.5..1.5) * s,
+            ride: 0.0,
+            stay: 0.0,
         };
-        BandLaw::uniform(sketch, self.grid.teeth.len())
+        let mut law = BandLaw::uniform(sketch, self.grid.teeth.len());
+        // Half of the bands take part in what the motion does from tooth to tooth.
+        if rng.random::<bool>() {
+            law.sketch.ride = rng.random_range(0.0..1.0);
+            law.sketch.stay = rng.random_range(0.0..0.7);
+        }
+        law
+    }
+
+    /// In how many of `count` bands each tooth fails by itself.
+    pub(super) fn failures(&self, seed: u64, count: usize) -> Vec<usize> {
+        let mut failures = vec![0; self.grid.teeth.len()];
+        for i in 0..count {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(i as u64);
+            let law = self.draw(&mut rng);
+            let failed = Band::flaws(&self.grid, law, &self.margins);
+            for (failures, failed) in failures.iter_mut().zip(failed) {
+                *failures += usize::from(failed.is_some());
+            }
+        }
+        failures
+    }
+
+    /// A band like one that is usable: on the other side, the other hand or the other end of the gears
+    /// in some of the cases.
+    fn vary(&self, rng: &mut impl Rng, mut law: BandLaw) -> BandLaw {
+        for x in [
+            &mut law.sketch.side,
+            &mut law.sketch.travel,
+            &mut law.sketch.z,
+        ] {
+            if rng.random::<f64>() < 0.1 {
+                *x = -*x;
+            }
+        }
+        let step = rng.random_range(0.3..2.0);
+        mutate(rng, law, step, self.scale)
     }
 
     /// Axial room that a band takes: up to its far end where the joint is a ball, which the bands lie
@@ -207,19 +253,26 @@ impl Workshop {
     }
 
     /// Draws candidates number `first..first + count` of the stream of `seed`: the usable ones, in
-    /// order, and how many failed of what.
+    /// order, and how many failed of what. Where there are `parents`, candidates are variations of them.
     pub fn sample(
         &self,
         seed: u64,
-        first: usize,
-        count: usize,
+        (first, count): (usize, usize),
+        parents: &[BandLaw],
     ) -> (Vec<Candidate>, BTreeMap<Flaw, usize>) {
         let made: Vec<Result<Candidate, Flaw>> = (first..first + count)
             .into_par_iter()
             .map(|i| {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 rng.set_stream(i as u64);
-                let band = Band::mend(&self.grid, self.draw(&mut rng), &self.margins)?;
+                let law = match parents {
+                    [] => self.draw(&mut rng),
+                    _ => {
+                        let parent = &parents[rng.random_range(0..parents.len())];
+                        self.vary(&mut rng, parent.clone())
+                    }
+                };
+                let band = Band::mend(&self.grid, law, &self.margins)?;
                 self.finish(&self.check_spacing(band)?)
             })
             .collect();

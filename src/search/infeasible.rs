@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use super::candidates::{Candidate, Workshop};
 use crate::Error;
 use crate::motion::Motion;
 use crate::settings::{PairCount, Settings};
 use crate::sub_gear::Flaw;
 
-/// No band was usable by itself; `flaws` counts what the `drawn` ones failed of.
+/// No band was usable by itself; `flaws` counts what the `drawn` ones failed of, `tooth` says which
+/// tooth is hardest ([`worst_tooth`]) where that is known.
 pub(super) fn no_band(
     (motion, settings): (&Motion, &Settings),
-    flaws: &BTreeMap<Flaw, usize>,
-    drawn: usize,
+    (flaws, drawn): (&BTreeMap<Flaw, usize>, usize),
+    tooth: &str,
 ) -> Error {
     let worst = flaws.iter().max_by_key(|(_, count)| **count);
     let (reason, hint) = match worst.map(|(flaw, _)| *flaw) {
@@ -37,7 +39,7 @@ pub(super) fn no_band(
     Error::Infeasible {
         reason: reason.into(),
         place: format!(
-            "{}; none of {drawn} candidate bands is usable: {}",
+            "{}; {tooth}none of {drawn} candidate bands is usable: {}",
             sharpest(motion, settings),
             counts.join(", ")
         ),
@@ -45,8 +47,65 @@ pub(super) fn no_band(
     }
 }
 
-/// Bands were usable, but no K of them go together.
-pub(super) fn no_choice((motion, settings): (&Motion, &Settings), usable: usize) -> Error {
+/// The tooth that most bands fail at, by its contact interval; empty when none fails by itself.
+pub(super) fn worst_tooth(workshop: &Workshop, settings: &Settings) -> String {
+    let failures = workshop.failures(settings.search.seed, TRIED);
+    let worst = (0..failures.len()).max_by_key(|&j| (failures[j], std::cmp::Reverse(j)));
+    let Some(j) = worst.filter(|&j| failures[j] > 0) else {
+        return String::new();
+    };
+    let pitch = 360.0 / failures.len() as f64;
+    format!(
+        "tooth {} (φ = {:.0}° to {:.0}°) fails by itself in {} of {TRIED} bands, whatever their height; ",
+        j + 1,
+        j as f64 * pitch,
+        (j + 1) as f64 * pitch,
+        failures[j]
+    )
+}
+
+/// Bands looked at tooth by tooth.
+const TRIED: usize = 128;
+
+/// How many usable bands there are at either end, pushing either way, and the heights they stand at.
+pub(super) fn places(motion: &Motion, usable: &[Candidate]) -> String {
+    let ends = if motion.class().is_spherical() {
+        [(0.0, f64::INFINITY), (f64::NEG_INFINITY, 0.0)].to_vec()
+    } else {
+        vec![(f64::NEG_INFINITY, f64::INFINITY)]
+    };
+    let places: Vec<String> = ends
+        .into_iter()
+        .map(|(low, high)| {
+            let sketches: Vec<_> = usable
+                .iter()
+                .map(|c| c.law.sketch)
+                .filter(|s| s.z > low && s.z <= high)
+                .collect();
+            let forward = sketches.iter().filter(|s| s.side > 0.0).count();
+            let heights = sketches.iter().map(|s| s.z);
+            let (from, to) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| {
+                (a.min(z), b.max(z))
+            });
+            match sketches.len() {
+                0 => "none on one side of the joint".into(),
+                n => format!(
+                    "{forward} that push forwards and {} backwards at z = {from:.0} to {to:.0} mm",
+                    n - forward
+                ),
+            }
+        })
+        .collect();
+    format!(": {}", places.join("; "))
+}
+
+/// Bands were usable, but no K of them go together; `places` says which there are ([`places`]) where
+/// that is known.
+pub(super) fn no_choice(
+    (motion, settings): (&Motion, &Settings),
+    usable: usize,
+    places: &str,
+) -> Error {
     let least = motion.class().dof() + 1;
     let fewer = match settings.gear.sub_gear_pairs {
         PairCount::Fixed(k) if k > least => {
@@ -57,7 +116,7 @@ pub(super) fn no_choice((motion, settings): (&Motion, &Settings), usable: usize)
     Error::Infeasible {
         reason: "no set of bands fits side by side on the gears".into(),
         place: format!(
-            "{}; {usable} usable bands, none of which go together as wanted",
+            "{}; {usable} usable bands, too few of which go together{places}",
             sharpest(motion, settings)
         ),
         hint: format!(

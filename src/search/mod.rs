@@ -1,5 +1,5 @@
 //! From a motion to K compatible sub-gear pairs: random candidates, the best compatible choice of K,
-//! joint polish; K from N+1 upwards.
+//! joint polish; K from N+1 upwards until the hold is good.
 
 pub mod candidates;
 pub mod clearance;
@@ -21,7 +21,7 @@ use crate::settings::{PairCount, Settings};
 use crate::sub_gear::{BandLaw, Flaw};
 use crate::{Error, Result};
 use candidates::{Candidate, Workshop};
-use infeasible::{no_band, no_choice};
+use infeasible::{no_band, no_choice, places, worst_tooth};
 use polish::Team;
 use select::{Choice, Pool};
 
@@ -53,6 +53,9 @@ const POLISH: &str = "polish";
 /// Going on to the next best choice after the proof refused one.
 pub(crate) const FALLBACK: &str = "next best choice";
 
+/// Drafts of changed motions and gears, after the search found nothing.
+pub(crate) const REMEDIES: &str = "what would be feasible";
+
 /// Told about progress; `Break` stops the search, which then returns the best it has.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
@@ -71,8 +74,19 @@ pub struct Found {
     /// Bands of the best choices and their hold (min Q, in classes that slide min Q*), best first; at
     /// least one.
     pub choices: Vec<(Vec<BandLaw>, f64)>,
+    /// Contact ratio of the teeth.
+    pub contact_ratio: f64,
+    /// Whether the hold is below [`Search::least_hold`](crate::settings::Search::least_hold).
+    pub is_weak: bool,
     /// Why it ended.
     pub stop: StopReason,
+}
+
+impl Found {
+    /// The hold of the best choice.
+    pub fn hold(&self) -> f64 {
+        self.choices.first().map_or(f64::NEG_INFINITY, |c| c.1)
+    }
 }
 
 /// Work planned for a search; grows with the number of contacts that have to find room.
@@ -114,17 +128,64 @@ const FIRST_LOOK: usize = 12;
 
 /// Candidates drawn before their number is compared with what is wanted.
 const BATCH: usize = 256;
+/// Usable candidates are rare when there is less than one in so many.
+const RARE: usize = 20;
+/// Then so many usable ones are looked for to each that was found by chance.
+const VARIATIONS: usize = 4;
 /// Memory for stored candidates, bytes: more of them are not kept.
 const ROOM: usize = 1 << 29;
 /// Polished choices that are offered to the proof.
 const FINALISTS: usize = 4;
 
-/// Searches for K compatible bands that close the follower at every φ.
+/// Searches for K compatible bands that close the follower at every φ. Where there are none at the
+/// contact ratio asked for, or only weak ones, teeth of the least contact ratio are tried: they are
+/// shorter, so they fold less and leave more room.
 ///
 /// # Errors
 /// [`Error::Infeasible`] when no candidate is usable by itself or no K of them go together, naming
 /// what most of them failed of; [`Error::Interrupted`] when stopped before there was any choice.
 pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Result<Found> {
+    let Some(shorter) = shorter(settings) else {
+        return at_ratio(motion, settings, observer);
+    };
+    let first = at_ratio(motion, settings, observer);
+    match first {
+        Err(Error::Infeasible { .. }) => at_ratio(motion, &shorter, observer),
+        Ok(found) if found.is_weak && found.stop == StopReason::Finished => {
+            let stronger = match at_ratio(motion, &shorter, observer) {
+                Ok(other) if other.hold() > GAIN * found.hold() => other,
+                // What was found stays what it is, unless the observer wants to be quick.
+                Ok(other) => Found {
+                    stop: other.stop,
+                    ..found
+                },
+                Err(Error::Interrupted) => Found {
+                    stop: StopReason::Stopped,
+                    ..found
+                },
+                Err(Error::Infeasible { .. }) => found,
+                Err(error) => return Err(error),
+            };
+            Ok(stronger)
+        }
+        other => other,
+    }
+}
+
+/// `settings` with the least contact ratio, where that is another one.
+fn shorter(settings: &Settings) -> Option<Settings> {
+    let least = settings.gear.least_contact_ratio;
+    (least < settings.gear.contact_ratio).then(|| {
+        let mut shorter = settings.clone();
+        shorter.gear.contact_ratio = least;
+        shorter
+    })
+}
+
+/// A step that costs something, one more band or a smaller overlap, has to better the hold this much.
+const GAIN: f64 = 1.05;
+
+fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Result<Found> {
     let workshop = Workshop::new(motion, settings);
     let dof = motion.class().dof();
     let plan = Plan::new(dof, settings.search.effort);
@@ -154,14 +215,25 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     if usable == 0 {
         return Err(match stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => no_band((motion, settings), &drawn.flaws, drawn.count),
+            StopReason::Finished => no_band(
+                (motion, settings),
+                (&drawn.flaws, drawn.count),
+                &worst_tooth(&workshop, settings),
+            ),
         });
     }
     let pool = Pool::new(&workshop, candidates, &mut |done, _| {
         tell(COMBINING, 0.5 * done, usable, None)
     });
+    // A weak hold is not a working gear: at small Q* the follower jumps out of its teeth, so more
+    // bands are tried, beside those that are there and chosen anew.
+    let unit = workshop.hold_unit();
+    let enough = (settings.search.least_hold * unit).max(settings.gear.closure_threshold);
     let mut best: Vec<Team> = Vec::new();
     for k in counts(settings, dof) {
+        let before = best.first().map_or(f64::NEG_INFINITY, |team| team.q);
+        let grown = best.first().filter(|t| t.bands.len() + 1 == k);
+        let grown = grown.and_then(|team| team.grow(&workshop, candidates));
         let choices = pool.best(seed, k, plan.starts, &mut |done, q| {
             tell(COMBINING, 0.5 + 0.5 * done, usable, q)
         });
@@ -175,6 +247,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         let mut teams: Vec<Team> = distinct(&choices, plan.polished)
             .map(|choice| Team::new(&workshop, bands(choice)))
             .collect();
+        teams.extend(grown);
         let stopped = polish(
             &mut teams,
             &workshop,
@@ -183,23 +256,34 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         );
         best.extend(teams);
         best.sort_by(|a, b| b.q.total_cmp(&a.q));
-        let threshold = settings.gear.closure_threshold;
-        if stopped.is_break() || best.first().is_some_and(|t| t.q > threshold) {
+        // Where no k bands go together, no more of them do; and a closed follower that one more band
+        // does not hold better is held as well as can be.
+        let Some(team) = best.first() else { break };
+        let helps = before <= 0.0 || team.q > GAIN * before;
+        if stopped.is_break() || team.q >= enough || !helps {
             break;
         }
     }
     if best.is_empty() {
         return Err(match stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => no_choice((motion, settings), usable),
+            StopReason::Finished => {
+                no_choice((motion, settings), usable, &places(motion, &drawn.usable))
+            }
         });
     }
+    let is_weak = best[0].q < enough;
     let choices = best
         .into_iter()
         .take(FINALISTS)
         .map(|team| (team.bands.into_iter().map(|b| b.law).collect(), team.q))
         .collect();
-    Ok(Found { choices, stop })
+    Ok(Found {
+        choices,
+        contact_ratio: settings.gear.contact_ratio,
+        is_weak,
+        stop,
+    })
 }
 
 /// A first look: the best choice of few candidates, as it was found, without polish. Twice as many
@@ -208,6 +292,18 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
 /// # Errors
 /// As [`run`].
 pub fn draft(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Result<Found> {
+    match (
+        draft_at_ratio(motion, settings, observer),
+        shorter(settings),
+    ) {
+        (Err(Error::Infeasible { .. }), Some(shorter)) => {
+            draft_at_ratio(motion, &shorter, observer)
+        }
+        (found, _) => found,
+    }
+}
+
+fn draft_at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Result<Found> {
     let workshop = Workshop::new(motion, settings);
     let dof = motion.class().dof();
     let whole = Plan::new(dof, settings.search.effort);
@@ -246,15 +342,30 @@ pub fn draft(motion: &Motion, settings: &Settings, observer: &mut Observer) -> R
                 let bands = best.bands.iter();
                 let bands = bands.map(|&i| drawn.usable[i].law.clone()).collect();
                 let choices = vec![(bands, best.q)];
-                return Ok(Found { choices, stop });
+                return Ok(Found {
+                    choices,
+                    contact_ratio: settings.gear.contact_ratio,
+                    is_weak: best.q < settings.search.least_hold * workshop.hold_unit(),
+                    stop,
+                });
             }
         }
         match (stop, share) {
             (StopReason::Stopped, _) => return Err(Error::Interrupted),
             (_, 1) if usable == 0 => {
-                return Err(no_band((motion, settings), &drawn.flaws, drawn.count));
+                return Err(no_band(
+                    (motion, settings),
+                    (&drawn.flaws, drawn.count),
+                    &worst_tooth(&workshop, settings),
+                ));
             }
-            (_, 1) => return Err(no_choice((motion, settings), usable)),
+            (_, 1) => {
+                return Err(no_choice(
+                    (motion, settings),
+                    usable,
+                    &places(motion, &drawn.usable),
+                ));
+            }
             _ => share = share.div_ceil(2),
         }
     }
@@ -273,6 +384,8 @@ fn counts(settings: &Settings, dof: usize) -> std::ops::RangeInclusive<usize> {
 struct Drawn {
     /// Usable by themselves.
     usable: Vec<Candidate>,
+    /// Those of them that are no variations.
+    parents: Vec<BandLaw>,
     /// What the others failed of.
     flaws: BTreeMap<Flaw, usize>,
     /// How many were drawn.
@@ -297,10 +410,17 @@ impl Drawn {
                 if full(self) {
                     return;
                 }
-                let (usable, failed) = workshop.sample(seed, self.count, look);
+                // Where few are usable, more are looked for beside those that are.
+                let rare = self.usable.len() * RARE < self.count;
+                let varies = rare && self.usable.len() < VARIATIONS * self.parents.len();
+                let parents = if varies { &self.parents[..] } else { &[] };
+                let (usable, failed) = workshop.sample(seed, (self.count, look), parents);
                 self.count += look;
                 for candidate in usable {
                     if !full(self) {
+                        if !varies {
+                            self.parents.push(candidate.law.clone());
+                        }
                         self.bytes += candidate.swept.bytes();
                         self.usable.push(candidate);
                     }
@@ -336,8 +456,8 @@ fn polish(
     ControlFlow::Continue(())
 }
 
-/// K above N tried before a motion is called infeasible.
-const MORE: usize = 3;
+/// Most bands above N tried while the hold is weak or there is none.
+const MORE: usize = 4;
 
 /// The best `count` choices that differ from each other in at least half of their bands.
 fn distinct(choices: &[Choice], count: usize) -> impl Iterator<Item = &Choice> {

@@ -77,7 +77,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     if sketches.is_empty() {
         return Err(match stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => no_band((motion, settings), &drawn.flaws, drawn.count),
+            StopReason::Finished => no_band((motion, settings), (&drawn.flaws, drawn.count), ""),
         });
     }
     let starts = starts(&workshop, sketches, settings, &mut |done, q| {
@@ -110,7 +110,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     if candidates.is_empty() {
         return match stop {
             StopReason::Stopped => interrupted(),
-            StopReason::Finished => Err(no_band((motion, settings), &flaws, starts.len())),
+            StopReason::Finished => Err(no_band((motion, settings), (&flaws, starts.len()), "")),
         };
     }
     let usable = candidates.len();
@@ -128,7 +128,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     if choices.is_empty() {
         return match stop {
             StopReason::Stopped => interrupted(),
-            StopReason::Finished => Err(no_choice((motion, settings), usable)),
+            StopReason::Finished => Err(no_choice((motion, settings), usable, "")),
         };
     }
     let of = |c: &Choice| c.bands.iter().map(|&i| bands[i].clone()).collect();

@@ -43,6 +43,35 @@ impl Team {
         }
     }
 
+    /// This team and the one of `candidates` that goes with all of its bands and adds most to Q; `None`
+    /// when none fits.
+    pub fn grow(&self, workshop: &Workshop, candidates: &[Candidate]) -> Option<Team> {
+        let q = |i: usize| {
+            let team = self.bands.iter().chain([&candidates[i]]);
+            team_q(
+                workshop,
+                team.map(|b| b.wrenches.as_slice()),
+                f64::NEG_INFINITY,
+            )
+        };
+        let fits: Vec<Option<f64>> = (0..candidates.len())
+            .into_par_iter()
+            .map(|i| {
+                let swept = &candidates[i].swept;
+                let mut others = self.bands.iter();
+                let fits = others.all(|b| workshop.scene.compatible(&b.swept, swept));
+                fits.then(|| q(i))
+            })
+            .collect();
+        let fits = fits
+            .iter()
+            .enumerate()
+            .filter_map(|(i, q)| Some((i, (*q)?)));
+        let (best, _) = fits.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
+        let bands = self.bands.iter().chain([&candidates[best]]);
+        Some(Team::new(workshop, bands.cloned().collect()))
+    }
+
     /// One generation: the best feasible proposal replaces its band. Returns whether Q grew.
     pub fn improve(&mut self, workshop: &Workshop, seed: u64) -> bool {
         let best = (0..PROPOSALS)
@@ -110,7 +139,7 @@ fn team_q<'a>(workshop: &Workshop, team: impl Iterator<Item = &'a [Wrench]>, flo
 }
 
 /// Changes about a third of the design variables by normal steps of natural size × `step`.
-fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
+pub(super) fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
     let nudge = |rng: &mut dyn Rng, x: &mut f64, size: f64, share: f64| {
         if rng.random::<f64>() < share {
             // Sum of uniforms: close to normal, bounded.
@@ -127,6 +156,8 @@ fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLa
         (&mut t.z, 0.8 * scale),
         (&mut t.travel, 0.8 * scale),
         (&mut t.offset, 0.3 * scale),
+        (&mut t.ride, 0.15),
+        (&mut t.stay, 0.15),
     ] {
         nudge(rng, x, size, 0.35);
     }

@@ -120,6 +120,13 @@ impl Settings {
             5.0,
         );
         c.range("search.effort", search.effort, 0.001, 1000.0);
+        c.range(
+            "gear.least_contact_ratio",
+            gear.least_contact_ratio,
+            1.01,
+            3.0,
+        );
+        c.range("search.least_hold", search.least_hold, 0.0, 1.0);
         c.range("search.time_limit_s", search.time_limit_s, 0.0, 1e7);
     }
 

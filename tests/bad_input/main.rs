@@ -172,7 +172,7 @@ fn all_problems_at_once() {
       - line 7, gear.tip_mm: is "high": invalid type: string "high", expected a number
           hint: the default is 0.9
       - line 8, gear.warp: unknown field
-          hint: known here: center_distance_mm, closure_threshold, contact_ratio, flank_radius_mm, locus_control_points, minimum_wall_mm, norm_weight, normal_control_points, root_mm, samples, sub_gear_pairs, teeth, tip_mm, tooth_thickness_mm
+          hint: known here: center_distance_mm, closure_threshold, contact_ratio, flank_radius_mm, least_contact_ratio, locus_control_points, minimum_wall_mm, norm_weight, normal_control_points, root_mm, samples, sub_gear_pairs, teeth, tip_mm, tooth_thickness_mm
       - line 10, fit.clearance_mm: is NaN, allowed 0 to 2
       - line 12, search.effort: is 0, allowed 0.001 to 1000
     "#);
