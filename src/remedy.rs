@@ -45,7 +45,7 @@ pub fn find(motion: &Motion, settings: &Settings, tell: &mut Observer) -> Vec<Re
     let mut remedies = Vec::new();
     let class = motion.class();
     let gear = &settings.gear;
-    let teeth = [0.8, 1.2, 0.6].map(|f| {
+    let teeth = [0.8, 0.7, 0.6, 1.2].map(|f| {
         let teeth = (gear.teeth as f64 * f).round();
         let mut other = base.clone();
         other.gear.teeth = teeth as usize;

@@ -47,11 +47,11 @@ pub(super) fn no_band(
     }
 }
 
-/// The tooth that most bands fail at, by its contact interval; empty when none fails by itself.
+/// The tooth that most bands fail at, by its contact interval; empty when few fail by themselves.
 pub(super) fn worst_tooth(workshop: &Workshop, settings: &Settings) -> String {
     let failures = workshop.failures(settings.search.seed, TRIED);
     let worst = (0..failures.len()).max_by_key(|&j| (failures[j], std::cmp::Reverse(j)));
-    let Some(j) = worst.filter(|&j| failures[j] > 0) else {
+    let Some(j) = worst.filter(|&j| failures[j] >= MANY) else {
         return String::new();
     };
     let pitch = 360.0 / failures.len() as f64;
@@ -66,6 +66,8 @@ pub(super) fn worst_tooth(workshop: &Workshop, settings: &Settings) -> String {
 
 /// Bands looked at tooth by tooth.
 const TRIED: usize = 128;
+/// So many of them make a tooth the place.
+const MANY: usize = 16;
 
 /// How many usable bands there are at either end, pushing either way, and the heights they stand at.
 pub(super) fn places(motion: &Motion, usable: &[Candidate]) -> String {
