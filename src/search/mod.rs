@@ -59,6 +59,29 @@ pub(crate) const REMEDIES: &str = "what would be feasible";
 /// Told about progress; `Break` stops the search, which then returns the best it has.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
+/// Tells the observer, and remembers whether it asked to stop.
+struct Teller<'a, 'b> {
+    observer: &'a mut Observer<'b>,
+    stop: StopReason,
+}
+
+impl<'a, 'b> Teller<'a, 'b> {
+    fn new(observer: &'a mut Observer<'b>) -> Teller<'a, 'b> {
+        Teller {
+            observer,
+            stop: StopReason::Finished,
+        }
+    }
+
+    fn tell(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let answer = (self.observer)(progress);
+        if answer.is_break() {
+            self.stop = StopReason::Stopped;
+        }
+        answer
+    }
+}
+
 /// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
@@ -126,7 +149,7 @@ impl Plan {
 /// Share of the planned candidates that a first look begins with.
 const FIRST_LOOK: usize = 12;
 
-/// Candidates drawn before their number is compared with what is wanted.
+/// Candidates are drawn in multiples of this.
 const BATCH: usize = 256;
 /// Usable candidates are rare when there is less than one in so many.
 const RARE: usize = 20;
@@ -190,19 +213,14 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
     let dof = motion.class().dof();
     let plan = Plan::new(dof, settings.search.effort);
     let seed = settings.search.seed;
-    let mut stop = StopReason::Finished;
+    let mut teller = Teller::new(observer);
     let mut tell = |stage: &'static str, done: f64, candidates: usize, best_q: Option<f64>| {
-        let progress = Progress {
+        teller.tell(&Progress {
             stage,
             done,
             candidates,
             best_q,
-        };
-        let answer = observer(&progress);
-        if answer.is_break() {
-            stop = StopReason::Stopped;
-        }
-        answer
+        })
     };
 
     let mut drawn = Drawn::default();
@@ -213,13 +231,9 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
     let candidates = &drawn.usable;
     let usable = candidates.len();
     if usable == 0 {
-        return Err(match stop {
+        return Err(match teller.stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => no_band(
-                (motion, settings),
-                (&drawn.flaws, drawn.count),
-                &worst_tooth(&workshop, settings),
-            ),
+            StopReason::Finished => drawn.refusal(&workshop, (motion, settings)),
         });
     }
     let pool = Pool::new(&workshop, candidates, &mut |done, _| {
@@ -265,11 +279,9 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
         }
     }
     if best.is_empty() {
-        return Err(match stop {
+        return Err(match teller.stop {
             StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => {
-                no_choice((motion, settings), usable, &places(motion, &drawn.usable))
-            }
+            StopReason::Finished => drawn.refusal(&workshop, (motion, settings)),
         });
     }
     let is_weak = best[0].q < enough;
@@ -282,7 +294,7 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
         choices,
         contact_ratio: settings.gear.contact_ratio,
         is_weak,
-        stop,
+        stop: teller.stop,
     })
 }
 
@@ -308,22 +320,18 @@ fn draft_at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer)
     let dof = motion.class().dof();
     let whole = Plan::new(dof, settings.search.effort);
     let seed = settings.search.seed;
-    let mut stop = StopReason::Finished;
+    let mut teller = Teller::new(observer);
     let mut drawn = Drawn::default();
     let mut share = FIRST_LOOK;
     loop {
         let wanted = (whole.usable.div_ceil(share), whole.draws.div_ceil(share));
         let mut tell = |stage: &'static str, done: f64, candidates: usize| {
-            let answer = observer(&Progress {
+            teller.tell(&Progress {
                 stage,
                 done,
                 candidates,
                 best_q: None,
-            });
-            if answer.is_break() {
-                stop = StopReason::Stopped;
-            }
-            answer
+            })
         };
         drawn.more(&workshop, seed, wanted, &mut |done, count| {
             tell(CANDIDATES, done, count)
@@ -346,26 +354,13 @@ fn draft_at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer)
                     choices,
                     contact_ratio: settings.gear.contact_ratio,
                     is_weak: best.q < settings.search.least_hold * workshop.hold_unit(),
-                    stop,
+                    stop: teller.stop,
                 });
             }
         }
-        match (stop, share) {
+        match (teller.stop, share) {
             (StopReason::Stopped, _) => return Err(Error::Interrupted),
-            (_, 1) if usable == 0 => {
-                return Err(no_band(
-                    (motion, settings),
-                    (&drawn.flaws, drawn.count),
-                    &worst_tooth(&workshop, settings),
-                ));
-            }
-            (_, 1) => {
-                return Err(no_choice(
-                    (motion, settings),
-                    usable,
-                    &places(motion, &drawn.usable),
-                ));
-            }
+            (_, 1) => return Err(drawn.refusal(&workshop, (motion, settings))),
             _ => share = share.div_ceil(2),
         }
     }
@@ -395,6 +390,18 @@ struct Drawn {
 }
 
 impl Drawn {
+    /// Why there is no choice: no band is usable by itself, or too few go together.
+    fn refusal(&self, workshop: &Workshop, (motion, settings): (&Motion, &Settings)) -> Error {
+        match self.usable.len() {
+            0 => no_band(
+                (motion, settings),
+                (&self.flaws, self.count),
+                &worst_tooth(workshop, settings),
+            ),
+            usable => no_choice((motion, settings), usable, &places(motion, &self.usable)),
+        }
+    }
+
     /// Draws on until there are as many as planned, most were drawn, memory is full or `tell` breaks.
     fn more(
         &mut self,
@@ -404,35 +411,32 @@ impl Drawn {
         tell: &mut dyn FnMut(f64, usize) -> ControlFlow<()>,
     ) {
         let look = workshop.draws_between_looks();
+        // Whole batches of draws, however many there are between two looks.
+        let most = most.next_multiple_of(BATCH);
         let full = |drawn: &Drawn| drawn.usable.len() >= wanted || drawn.bytes >= ROOM;
         while !full(self) && self.count < most {
-            for _ in 0..BATCH.div_ceil(look) {
-                if full(self) {
-                    return;
-                }
-                // Where few are usable, more are looked for beside those that are.
-                let rare = self.usable.len() * RARE < self.count;
-                let varies = rare && self.usable.len() < VARIATIONS * self.parents.len();
-                let parents = if varies { &self.parents[..] } else { &[] };
-                let (usable, failed) = workshop.sample(seed, (self.count, look), parents);
-                self.count += look;
-                for candidate in usable {
-                    if !full(self) {
-                        if !varies {
-                            self.parents.push(candidate.law.clone());
-                        }
-                        self.bytes += candidate.swept.bytes();
-                        self.usable.push(candidate);
+            // Where few are usable, more are looked for beside those that are.
+            let rare = self.usable.len() * RARE < self.count;
+            let varies = rare && self.usable.len() < VARIATIONS * self.parents.len();
+            let parents = if varies { &self.parents[..] } else { &[] };
+            let (usable, failed) = workshop.sample(seed, (self.count, look), parents);
+            self.count += look;
+            for candidate in usable {
+                if !full(self) {
+                    if !varies {
+                        self.parents.push(candidate.law.clone());
                     }
+                    self.bytes += candidate.swept.bytes();
+                    self.usable.push(candidate);
                 }
-                for (flaw, count) in failed {
-                    *self.flaws.entry(flaw).or_insert(0) += count;
-                }
-                let found = self.usable.len() as f64 / wanted as f64;
-                let done = found.max(self.count as f64 / most as f64).min(1.0);
-                if tell(done, self.usable.len()).is_break() {
-                    return;
-                }
+            }
+            for (flaw, count) in failed {
+                *self.flaws.entry(flaw).or_insert(0) += count;
+            }
+            let found = self.usable.len() as f64 / wanted as f64;
+            let done = found.max(self.count as f64 / most as f64).min(1.0);
+            if tell(done, self.usable.len()).is_break() {
+                return;
             }
         }
     }

@@ -13,11 +13,12 @@ use super::infeasible::{no_band, no_choice};
 use super::select::{Choice, Pool, Tell};
 use super::slsqp::Limits;
 use super::{
-    CANDIDATES, COMBINING, Drawn, FINALISTS, MORE, Observer, Progress, SOLVING, StopReason,
+    CANDIDATES, COMBINING, Drawn, FINALISTS, Observer, Progress, SOLVING, StopReason, Teller,
+    counts,
 };
 use crate::contact::{BandStart, PaperBand};
 use crate::motion::Motion;
-use crate::settings::{PairCount, Settings};
+use crate::settings::Settings;
 use crate::sub_gear::{Band, BandLaw, Flaw};
 use crate::{Error, Result};
 
@@ -51,22 +52,14 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     let workshop = Workshop::new(motion, settings);
     let dof = motion.class().dof();
     let seed = settings.search.seed;
-    let counts = match settings.gear.sub_gear_pairs {
-        PairCount::Fixed(k) => k..=k,
-        PairCount::Auto(_) => dof + 1..=dof + MORE,
-    };
-    let mut stop = StopReason::Finished;
+    let mut teller = Teller::new(observer);
     let mut tell = |stage: &'static str, done: f64, candidates: usize, best_q: Option<f64>| {
-        let answer = observer(&Progress {
+        teller.tell(&Progress {
             stage,
             done,
             candidates,
             best_q,
-        });
-        if answer.is_break() {
-            stop = StopReason::Stopped;
-        }
-        answer
+        })
     };
     let wanted = (SKETCHES * dof, DRAWS * dof);
     let mut drawn = Drawn::default();
@@ -75,7 +68,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     });
     let sketches = &drawn.usable;
     if sketches.is_empty() {
-        return Err(match stop {
+        return Err(match teller.stop {
             StopReason::Stopped => Error::Interrupted,
             StopReason::Finished => no_band((motion, settings), (&drawn.flaws, drawn.count), ""),
         });
@@ -108,7 +101,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     }
     let interrupted = || Err(Error::Interrupted);
     if candidates.is_empty() {
-        return match stop {
+        return match teller.stop {
             StopReason::Stopped => interrupted(),
             StopReason::Finished => Err(no_band((motion, settings), (&flaws, starts.len()), "")),
         };
@@ -117,7 +110,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     let mut combining = |done: f64, best_q: Option<f64>| tell(COMBINING, done, usable, best_q);
     let pool = Pool::new(&workshop, &candidates, &mut combining);
     let mut choices: Vec<Choice> = Vec::new();
-    for k in counts {
+    for k in counts(settings, dof) {
         choices.extend(pool.best(seed, k, STARTS, &mut combining));
         choices.sort_by(|a, b| b.q.total_cmp(&a.q));
         let closed = |c: &Choice| c.q > settings.gear.closure_threshold;
@@ -126,7 +119,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         }
     }
     if choices.is_empty() {
-        return match stop {
+        return match teller.stop {
             StopReason::Stopped => interrupted(),
             StopReason::Finished => Err(no_choice((motion, settings), usable, "")),
         };
@@ -137,7 +130,10 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
         .take(FINALISTS)
         .map(|c| (of(c), c.q))
         .collect();
-    Ok(Found { choices, stop })
+    Ok(Found {
+        choices,
+        stop: teller.stop,
+    })
 }
 
 /// Laws to start from: those of the best compatible choices first.
