@@ -14,7 +14,7 @@ cd "$place" || exit 1
 
 # Largest, with as many teeth, bands and samples as there may be; smallest; fewest teeth.
 for example in uniform_1r stroke_1r1t trefoil wobble_lift_3r1t; do
-    for size in "500 60 8 1000" "500 60 auto 36" "15 6 12 4" "25 3 auto 36"; do
+    for size in "500 60 8 1000" "500 60 auto 1000" "15 6 12 4" "25 3 auto 36"; do
         read -r distance teeth pairs samples <<< "$size"
         [ "$pairs" = auto ] && pairs='"auto"'
         { cat "$examples/$example.toml"

@@ -100,6 +100,8 @@ impl Admissible {
     }
 }
 
+/// Phases looked at, at most.
+const PHASES: usize = 720;
 /// Weights tried to each side, and their ratio.
 const GRID: i32 = 12;
 const RATIO: f64 = 1.15;
@@ -121,7 +123,12 @@ pub fn of(design: &Design, motion: &Motion) -> Option<QBound> {
         q_star: f64::INFINITY,
         phi: 0.0,
     };
-    for sample in &design.closure {
+    // Any phases give a bound, and the admissible wrenches change slowly.
+    for sample in design
+        .closure
+        .iter()
+        .step_by(design.closure.len().div_ceil(PHASES).max(1))
+    {
         let follower = motion.state(sample.phi);
         let driver = MotionState::driver(distance, sample.phi);
         let centre = motion.joint_centre(sample.phi);

@@ -23,9 +23,11 @@ pub struct Watch {
     limit_s: OnceLock<f64>,
 }
 
-/// Share of the time limit that is for the search; the rest is for bodies, proof and files.
+/// Share of the time limit after which the search ends; bodies and proof follow.
 const SEARCH: f64 = 0.5;
-/// Seconds after the time limit in which a step under way may come to its end.
+/// Share of the time limit after which bodies and proof end; the rest is for the files.
+const PROOF: f64 = 0.85;
+/// Seconds after that in which a step under way may come to its end.
 const GRACE_S: f64 = 0.5;
 
 impl Watch {
@@ -84,11 +86,11 @@ impl Watch {
 
     /// Whether a step that takes no notice of the time limit is to be left behind.
     pub fn is_overdue(&self) -> bool {
-        self.is_late(1.0, GRACE_S)
+        self.is_late(PROOF, GRACE_S)
     }
 
-    /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, the
-    /// search when its share of the time limit is over and everything when all of it is.
+    /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, and
+    /// search and proof each when its share of the time limit is over.
     pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
         let best = progress
             .best_q
@@ -105,7 +107,7 @@ impl Watch {
             }
         }
         self.show(&message, progress.done);
-        let share = if progress.is_search() { SEARCH } else { 1.0 };
+        let share = if progress.is_search() { SEARCH } else { PROOF };
         if self.interrupted() || self.is_late(share, 0.0) {
             ControlFlow::Break(())
         } else {
