@@ -68,6 +68,9 @@ pub enum Command {
         #[arg(short, long, default_value = "compare.html")]
         out: PathBuf,
     },
+    /// Look at a motion before anything is designed.
+    #[command(subcommand)]
+    Motion(MotionCommand),
     /// Table of many designs.
     Stats {
         /// Output folders, or folders of such folders.
@@ -76,6 +79,16 @@ pub enum Command {
         /// How it is written.
         #[arg(long, value_enum, default_value_t)]
         format: TableFormat,
+    },
+}
+
+/// What to do with a motion.
+#[derive(Debug, Subcommand)]
+pub enum MotionCommand {
+    /// How far it goes, how sharply it changes, which joint it needs.
+    Show {
+        /// Motion file (TOML).
+        file: PathBuf,
     },
 }
 

@@ -3,6 +3,7 @@
 mod check;
 mod design;
 mod inspect;
+mod motion;
 mod render;
 mod report;
 
@@ -39,6 +40,7 @@ pub fn run(cli: &Cli) -> Result<u8> {
             csv,
         } => inspect::load(cli, design, (*payload, *csv)),
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
+        Command::Motion(command) => motion::run(cli, command),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
     }
 }

@@ -12,8 +12,8 @@ pub(super) const SAMPLES: usize = 720;
 
 /// How far a motion may leave its class's motion space before it is refused; what is left below
 /// (rounding of table files) is projected away. mm and rad.
-const SPACE_MM: f64 = 2e-3;
-const SPACE_RAD: f64 = 2e-4;
+pub(super) const SPACE_MM: f64 = 2e-3;
+pub(super) const SPACE_RAD: f64 = 2e-4;
 
 /// How far the pose at φ + 2π may be from the one at φ, mm and rad.
 const CLOSING: f64 = 1e-6;
@@ -46,7 +46,8 @@ pub(super) fn check(class: Class, motion: impl Fn(f64) -> MotionState) -> Result
     hub::tilt_error(worst.1, phase(worst.0)).map_or(Ok(()), Err)
 }
 
-fn tilt(state: &MotionState) -> f64 {
+/// Angle of the body's z axis against that of Σ, rad.
+pub(super) fn tilt(state: &MotionState) -> f64 {
     let axis = state.pose.rotation.column(2).into_owned();
     axis.angle(&Vector3::z())
 }

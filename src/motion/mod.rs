@@ -16,6 +16,7 @@ mod rows;
 mod source;
 mod spline;
 mod starter;
+pub mod survey;
 mod table;
 
 pub use class::Class;

@@ -1,11 +1,10 @@
 //! Why a motion has no mechanism, where it is worst, and what to change.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 use super::candidates::{Candidate, Workshop};
 use crate::Error;
-use crate::motion::Motion;
+use crate::motion::{Motion, survey};
 use crate::settings::{PairCount, Settings};
 use crate::sub_gear::Flaw;
 
@@ -128,23 +127,12 @@ pub(super) fn no_choice(
     }
 }
 
-/// Phases looked at.
-const PHASES: u32 = 360;
-
-/// Where the motion changes fastest: the follower's twist, turns counted at its pitch radius L/2.
+/// Where the motion changes fastest, as a phrase.
 fn sharpest(motion: &Motion, settings: &Settings) -> String {
-    let radius = settings.gear.center_distance_mm / 2.0;
-    let change = |phi: f64| {
-        let state = motion.state(phi);
-        state.omega_rate.norm() * radius + state.v_origin_rate.norm()
-    };
-    let (phi, most) = (0..PHASES)
-        .map(|i| TAU * f64::from(i) / f64::from(PHASES))
-        .map(|phi| (phi, change(phi)))
-        .fold((0.0, 0.0), |best, at| if at.1 > best.1 { at } else { best });
+    let at = survey::sharpest(motion, settings.gear.center_distance_mm);
     format!(
-        "it changes fastest at φ = {:.0}° ({most:.1} mm/rad² at the pitch radius)",
-        phi.to_degrees()
+        "it changes fastest at φ = {:.0}° ({:.1} mm/rad² at the pitch radius)",
+        at.phi_deg, at.most_mm_rad2
     )
 }
 

@@ -1,0 +1,58 @@
+//! `mpcgear motion`: a motion before anything is designed.
+
+use std::path::Path;
+
+use mpcgear::Result;
+use mpcgear::export::motion_page;
+use mpcgear::motion::MotionFile;
+use mpcgear::motion::survey::{Survey, survey};
+use serde::Serialize;
+
+use super::{json, print_out, say};
+use crate::cli::{Cli, MotionCommand};
+
+/// Runs a command on motions.
+///
+/// # Errors
+/// As those of the command.
+pub fn run(cli: &Cli, command: &MotionCommand) -> Result<u8> {
+    match command {
+        MotionCommand::Show { file } => show(cli, file),
+    }
+}
+
+/// The answer with `--json`.
+#[derive(Serialize)]
+struct Answer<'a> {
+    name: &'a str,
+    #[serde(flatten)]
+    survey: &'a Survey,
+    /// What the sharpness means for the search.
+    verdict: &'a str,
+}
+
+/// Prints the figures of the motion.
+///
+/// # Errors
+/// As [`MotionFile::read`].
+fn show(cli: &Cli, path: &Path) -> Result<u8> {
+    let (file, motion) = MotionFile::read(path)?;
+    let settings = &file.settings;
+    let point = settings.load.point_mm.into();
+    let survey = survey(&motion, settings.gear.center_distance_mm, point);
+    if cli.json {
+        let verdict = survey.sharpness.verdict();
+        print_out(&json(&Answer {
+            name: &file.name,
+            survey: &survey,
+            verdict,
+        })?)?;
+    }
+    say(cli, &format!("{} ({})", file.name, file.class))?;
+    for figure in motion_page::figures(&survey) {
+        let (name, value, unit) = (figure.name, figure.value, figure.unit);
+        let line = format!("{name:<22} {value:>16} {unit:<8} {}", figure.meaning);
+        say(cli, line.trim_end())?;
+    }
+    Ok(0)
+}
