@@ -6,7 +6,7 @@ use std::fs;
 use std::process::Output;
 
 use mpcgear::motion::survey::{Survey, survey};
-use mpcgear::motion::{Class, Motion, MotionSource};
+use mpcgear::motion::{Class, Motion, MotionFile, MotionSource};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -114,6 +114,22 @@ fn the_least_class_takes_the_motion_and_no_smaller_one_does() {
                 "{least} {class}"
             );
         }
+    }
+}
+
+#[test]
+fn every_example_turns_once_against_the_driver() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+    let paths = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    let files: Vec<_> = paths
+        .filter(|p| p.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    assert!(files.len() >= 8);
+    for path in files {
+        let (_, motion) = MotionFile::read(&path).unwrap();
+        let survey = survey(&motion, L, [0.0, 0.0, 60.0].into());
+        near(survey.net_turns, -1.0, 1e-6);
+        assert!(survey.lead_max_deg < 180.0, "{}", path.display());
     }
 }
 

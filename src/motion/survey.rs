@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::checks::{SPACE_MM, SPACE_RAD, tilt};
@@ -152,7 +152,9 @@ fn samples(motion: &Motion, radius: f64, point: Vector3<f64>) -> Vec<Sample> {
         .map(|i| {
             let phi = phase(i);
             let state = motion.state(phi);
-            let q = UnitQuaternion::from_matrix(&state.pose.rotation);
+            // Not `from_matrix`, which iterates and stays where it began at half a turn.
+            let q: UnitQuaternion<f64> =
+                Rotation3::from_matrix_unchecked(state.pose.rotation).into();
             // The twist about z; half turns between neighbours tell no way round, and do not occur.
             let twist = 2.0 * q.k.atan2(q.w);
             let last = turn.unwrap_or(0.0);
