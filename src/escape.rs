@@ -114,6 +114,7 @@ pub(crate) fn filters(environment: &mut Environment) {
         ("python", python),
         ("markdown", markdown),
         ("code", code),
+        ("markup", markup),
     ] {
         environment.add_filter(name, move |text: String| escape(&text));
     }

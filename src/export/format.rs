@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{File, Source, card, freecad, openscad, scad_sets, stations, stl, svg, threemf};
+use super::{File, Source, card, freecad, mjcf, openscad, scad_sets, stations, stl, svg, threemf};
 use crate::design::Design;
 use crate::solid::Solids;
 use crate::{Error, Problem, Result};
@@ -26,11 +26,13 @@ pub enum Format {
     Card,
     /// The contact stations in all frames.
     Curves,
+    /// The gears as a MuJoCo model.
+    Mjcf,
 }
 
 impl Format {
     /// All formats, in the order of the list.
-    pub const ALL: [Format; 8] = [
+    pub const ALL: [Format; 9] = [
         Format::OpenScad,
         Format::FreeCad,
         Format::Stl,
@@ -39,6 +41,7 @@ impl Format {
         Format::Svg,
         Format::Card,
         Format::Curves,
+        Format::Mjcf,
     ];
 
     /// Name on the command line.
@@ -52,6 +55,7 @@ impl Format {
             Format::Svg => "svg",
             Format::Card => "card",
             Format::Curves => "curves",
+            Format::Mjcf => "mjcf",
         }
     }
 
@@ -70,6 +74,9 @@ impl Format {
             Format::Svg => "drawings of hubs and plates in true size, mm (.svg)",
             Format::Card => "picture, figures and pieces on one page (.md, .png)",
             Format::Curves => "contact points, normals and tangents in all frames (.csv)",
+            Format::Mjcf => {
+                "MuJoCo model that moves by its contacts, with motor and payload; m, kg, s (.xml)"
+            }
         }
     }
 
@@ -171,6 +178,12 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
         }
         Format::Card => card::files(source, solids),
         Format::Curves => Ok(vec![File::new("curves.csv", stations::csv(source.design)?)]),
+        Format::Mjcf if part.is_some() => Err(refused(
+            "--part",
+            "a MuJoCo model (mjcf) has both gears".into(),
+            "leave `--part` out".into(),
+        )),
+        Format::Mjcf => Ok(vec![mjcf::file(source, solids)?]),
         Format::Step => step(&one_part(source.with_recipe(solids), part), solids),
     }
 }

@@ -13,6 +13,7 @@ pub mod evidence;
 pub mod figures;
 pub mod format;
 pub mod freecad;
+pub mod mjcf;
 pub mod motion_page;
 pub mod openscad;
 pub mod parts;

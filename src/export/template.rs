@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::{Error, Result, escape};
 
-const TEMPLATES: [(&str, &str); 12] = [
+/// Names must not end in `.xml` or `.html`: their values would be escaped a second time.
+const TEMPLATES: [(&str, &str); 13] = [
     ("header", include_str!("../../templates/scad_header.jinja")),
     (
         "parameters",
@@ -34,6 +35,7 @@ const TEMPLATES: [(&str, &str); 12] = [
         include_str!("../../templates/assembly.scad.jinja"),
     ),
     ("card.md", include_str!("../../templates/card.md.jinja")),
+    ("mjcf", include_str!("../../templates/mjcf.xml.jinja")),
     ("parts.md", include_str!("../../templates/parts.md.jinja")),
 ];
 

@@ -1,4 +1,4 @@
-//! Material presets: the few constants that contact stress needs.
+//! Material presets: the few constants that contact stress and dynamics need.
 
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +52,17 @@ impl Material {
             Material::SlaResin => 0.36,
             Material::Pa12 => 0.40,
             Material::Steel => 0.30,
+        }
+    }
+
+    /// Density of the solid material, kg/m³; prints with infill weigh less.
+    pub fn density(self) -> f64 {
+        match self {
+            Material::Pla => 1240.0,
+            Material::Petg => 1270.0,
+            Material::SlaResin => 1150.0,
+            Material::Pa12 => 1010.0,
+            Material::Steel => 7850.0,
         }
     }
 

@@ -6,7 +6,7 @@ use super::contacts::Configuration;
 use super::settings::Load;
 
 /// Standard gravity, m/s² (N per kg).
-const GRAVITY: f64 = 9.80665;
+pub const GRAVITY: f64 = 9.80665;
 
 /// Force (N) at a point and torque (N·mm), both in Σ.
 #[derive(Debug, Clone, Copy, PartialEq)]
