@@ -52,6 +52,8 @@ struct Body {
     hub_radius: String,
     mass: String,
     payload: Option<Payload>,
+    /// A place halfway between the axes, seen from this one's.
+    pitch_point: String,
     teeth: Vec<Capsule>,
 }
 
@@ -152,12 +154,14 @@ fn flank_radius(design: &Design) -> f64 {
 
 /// A gear at rest in its own frame, its origin moved to its axis, without its joints.
 fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
-    let (name, material) = match gear {
-        Gear::Driver => ("driver", design.settings.load.driver_material),
-        Gear::Follower => ("follower", design.settings.load.follower_material),
+    let load = &design.settings.load;
+    let (name, material, towards) = match gear {
+        Gear::Driver => ("driver", load.driver_material, 0.5),
+        Gear::Follower => ("follower", load.follower_material, -0.5),
     };
     let missing = |what: &str| Error::Internal(format!("mjcf: the {name} has no {what}"));
-    let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
+    let length = design.settings.gear.center_distance_mm;
+    let axis = sweep::axis_point(gear, length);
     let depth = 0.5 * design.section.clearance + flank_radius(design);
     let mut teeth = Vec::new();
     let mut centres = Vec::new();
@@ -196,6 +200,7 @@ fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
         // mm³ to m³.
         mass: format!("{:.6}", volume * 1e-9 * material.density()),
         payload: None,
+        pitch_point: metres([towards * length, 0.0, 0.5 * (low + high)]),
         teeth,
     })
 }
