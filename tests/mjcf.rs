@@ -56,6 +56,11 @@ fn well_formed(text: &str) {
     let mut open = Vec::new();
     for tag in body.split('<').skip(1) {
         let (tag, _) = tag.split_once('>').expect("a closed tag");
+        if let Some(comment) = tag.strip_prefix("!--") {
+            let comment = comment.strip_suffix("--").expect("an ended comment");
+            assert!(!comment.contains("--"), "{comment}");
+            continue;
+        }
         assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
         if let Some(name) = tag.strip_prefix('/') {
             assert_eq!(open.pop(), Some(name));
