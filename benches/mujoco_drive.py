@@ -58,8 +58,8 @@ def main():
     data = mujoco.MjData(model)
     rows = target(model)
     speed = 2 * math.pi / given.seconds
-    farthest = (0.0, 0.0)
-    largest, lost, torque = 0.0, None, 0.0
+    farthest = widest = (0.0, 0.0)
+    lost, torque = None, 0.0
     print(f"{model.ngeom} geoms, timestep {model.opt.timestep:g} s, {given.seconds:g} s per turn")
     sensor = lambda name: data.sensor(name).data
     while (angle := sensor("driver_angle")[0]) < 2 * math.pi:
@@ -74,13 +74,12 @@ def main():
         mujoco.mj_sensorPos(model, data)
         here = sensor("driver_angle")[0]
         away, turn = deviation(rows, here, sensor("follower_position"), sensor("follower_rotation"))
-        if turn > largest:
-            largest, at = turn, here
+        widest = max(widest, (turn, here))
         farthest = max(farthest, (away, here))
         torque = max(torque, abs(sensor("motor_torque")[0]))
         if lost is None and turn > math.radians(10):
             lost = here
-    print(f"largest turn away {math.degrees(largest):.3f} deg at {math.degrees(at):.1f} deg of the driver")
+    print(f"largest turn away {math.degrees(widest[0]):.3f} deg at {math.degrees(widest[1]):.1f} deg of the driver")
     print(f"largest distance away {1e3 * farthest[0]:.4f} mm at {math.degrees(farthest[1]):.1f} deg")
     print(f"largest motor torque {1e3 * torque:.1f} N mm")
     print("motion kept" if lost is None else f"motion lost at {math.degrees(lost):.1f} deg")

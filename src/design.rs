@@ -232,6 +232,11 @@ impl Section {
             rib: settings.spokes.thickness_mm,
         }
     }
+
+    /// Radius of the flank circle, which is no thicker than the tooth, mm.
+    pub fn flank_circle(&self) -> f64 {
+        self.flank_radius.min(0.5 * self.thickness)
+    }
 }
 
 /// Q at one driver angle.

@@ -10,7 +10,7 @@ use mpcgear::table::Format;
 use mpcgear::{Result, export, stats};
 use serde::Serialize;
 
-use super::{json, print_out, say};
+use super::{json, print_out, say, say_figures};
 use crate::cli::{Cli, TableFormat};
 
 /// Angles at which assembly errors are tried; each takes a hundred small programs.
@@ -57,11 +57,7 @@ pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Resu
         &sensitivity,
         design.class,
     ));
-    for figure in figures {
-        let (name, value, unit) = (figure.name, figure.value, figure.unit);
-        let line = format!("{name:<31} {value:>18} {unit:<6} {}", figure.meaning);
-        say(cli, line.trim_end())?;
-    }
+    say_figures(cli, &figures, [31, 18, 6])?;
     say(cli, "")?;
     say(
         cli,

@@ -10,6 +10,7 @@ mod report;
 use std::io::Write;
 use std::path::Path;
 
+use mpcgear::export::figures::Figure;
 use mpcgear::{Error, Result};
 
 use crate::cli::{Cli, Command};
@@ -75,6 +76,18 @@ fn create(path: &Path, text: &str) -> Result<()> {
 fn say(cli: &Cli, text: &str) -> Result<u8> {
     if !cli.quiet && !cli.json {
         print_out(text)?;
+    }
+    Ok(0)
+}
+
+/// Writes a line for each figure, in columns at least so wide: name, value, unit.
+fn say_figures(cli: &Cli, figures: &[Figure], [name, value, unit]: [usize; 3]) -> Result<u8> {
+    for f in figures {
+        let line = format!(
+            "{:<name$} {:>value$} {:<unit$} {}",
+            f.name, f.value, f.unit, f.meaning
+        );
+        say(cli, line.trim_end())?;
     }
     Ok(0)
 }

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use mpcgear::Result;
-use mpcgear::export::motion_page;
+use mpcgear::export::motion_figures;
 use mpcgear::motion::MotionFile;
 use mpcgear::motion::survey::{Survey, survey};
 use serde::Serialize;
 
-use super::{json, print_out, say};
+use super::{json, print_out, say, say_figures};
 use crate::cli::{Cli, MotionCommand};
 
 /// Runs a command on motions.
@@ -41,18 +41,14 @@ fn show(cli: &Cli, path: &Path) -> Result<u8> {
     let point = settings.load.point_mm.into();
     let survey = survey(&motion, settings.gear.center_distance_mm, point);
     if cli.json {
-        let verdict = survey.sharpness.verdict();
-        print_out(&json(&Answer {
+        let answer = Answer {
             name: &file.name,
             survey: &survey,
-            verdict,
-        })?)?;
+            verdict: survey.sharpness.verdict(),
+        };
+        print_out(&json(&answer)?)?;
+        return Ok(0);
     }
     say(cli, &format!("{} ({})", file.name, file.class))?;
-    for figure in motion_page::figures(&survey) {
-        let (name, value, unit) = (figure.name, figure.value, figure.unit);
-        let line = format!("{name:<22} {value:>16} {unit:<8} {}", figure.meaning);
-        say(cli, line.trim_end())?;
-    }
-    Ok(0)
+    say_figures(cli, &motion_figures::figures(&survey), [22, 16, 8])
 }

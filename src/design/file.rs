@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::lines::Lines;
@@ -177,8 +177,7 @@ const POSE_DECIMALS: i32 = 12;
 pub fn text(design: &Design) -> Result<String> {
     let pose = |motion: &Motion, phi: f64| {
         let pose = motion.state(phi).pose;
-        let turn = Rotation3::from_matrix_unchecked(pose.rotation);
-        let q = UnitQuaternion::from_rotation_matrix(&turn);
+        let q = pose.quaternion();
         let t = pose.translation;
         let scale = 10f64.powi(POSE_DECIMALS);
         let round = |x: f64| (x * scale).round() / scale + 0.0;

@@ -4,12 +4,12 @@
 //! on the sweep of the flank circle's centre ([`crate::solid::section`]). What is not modelled is
 //! said at the head of the file.
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{File, Source, freecad, tables, template};
 use crate::design::{Design, Gear};
-use crate::load::wrench::GRAVITY;
+use crate::load::{Material, wrench};
 use crate::motion::Class;
 use crate::solid::{Solids, sweep};
 use crate::{Error, Result};
@@ -22,9 +22,6 @@ const SHORTEST: f64 = 1e-3;
 
 /// Steps of the target motion over one turn.
 const TARGET_STEPS: u32 = 360;
-
-/// Density of the ball that stands for the payload (steel), kg/m³: it gives the payload its inertia.
-const PAYLOAD_DENSITY: f64 = 7850.0;
 
 #[derive(Serialize)]
 struct Page<'a> {
@@ -79,8 +76,7 @@ pub fn file(source: &Source, solids: &Solids) -> Result<File> {
     let load = &design.settings.load;
     let start = source.motion.state(0.0).pose;
     let length = design.settings.gear.center_distance_mm;
-    let turn =
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(start.rotation));
+    let turn = start.quaternion();
     let mut driver = body(design, solids, Gear::Driver)?;
     driver.position = metres([-length, 0.0, 0.0]);
     driver.joints =
@@ -96,14 +92,16 @@ pub fn file(source: &Source, solids: &Solids) -> Result<File> {
     follower.joints = joints(design.class, z);
     follower.payload = (load.mass_g > 0.0).then(|| {
         let mass = load.mass_g * 1e-3;
-        let radius = (0.75 * mass / PAYLOAD_DENSITY / std::f64::consts::PI).cbrt();
+        // A ball of steel: it gives the payload its inertia.
+        let volume = mass / Material::Steel.density();
+        let radius = (0.75 * volume / std::f64::consts::PI).cbrt();
         Payload {
             place: metres(load.point_mm),
             radius: format!("{radius:.6}"),
             mass: format!("{mass}"),
         }
     });
-    let gravity = Vector3::from(load.gravity).normalize() * GRAVITY;
+    let gravity = wrench::gravity(load);
     let target = tables::poses(source.motion, TARGET_STEPS);
     let text = template::render(
         "mjcf",
@@ -114,7 +112,7 @@ pub fn file(source: &Source, solids: &Solids) -> Result<File> {
             gravity: format!("{:.6} {:.6} {:.6}", gravity.x, gravity.y, gravity.z),
             middle: metres([-0.5 * length, 0.0, 0.0]),
             extent: format!("{}", 4e-3 * length),
-            radius: format!("{:.9}", 1e-3 * flank_radius(design)),
+            radius: format!("{:.9}", 1e-3 * design.section.flank_circle()),
             friction: load.friction,
             target: target
                 .iter()
@@ -146,12 +144,6 @@ fn joints(class: Class, z: Vector3<f64>) -> Vec<String> {
         .collect()
 }
 
-/// Radius of the flank circle, as in [`crate::solid::section::polygon`], mm.
-fn flank_radius(design: &Design) -> f64 {
-    let section = &design.section;
-    section.flank_radius.min(0.5 * section.thickness)
-}
-
 /// A gear at rest in its own frame, its origin moved to its axis, without its joints.
 fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
     let load = &design.settings.load;
@@ -162,12 +154,13 @@ fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
     let missing = |what: &str| Error::Internal(format!("mjcf: the {name} has no {what}"));
     let length = design.settings.gear.center_distance_mm;
     let axis = sweep::axis_point(gear, length);
-    let depth = 0.5 * design.section.clearance + flank_radius(design);
+    let depth = 0.5 * design.section.clearance + design.section.flank_circle();
     let mut teeth = Vec::new();
     let mut centres = Vec::new();
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
         for (j, tooth) in pair.teeth.iter().enumerate() {
-            let line: Vec<Vector3<f64>> = chosen(tooth.stations.len())
+            let line: Vec<Vector3<f64>> = sweep::thinned(tooth.stations.len(), MOST_CAPSULES + 1)
+                .into_iter()
                 .map(|i| {
                     let (p, n, _) = tooth.stations[i].frame(gear);
                     p + depth * n - axis
@@ -203,13 +196,6 @@ fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
         pitch_point: metres([towards * length, 0.0, 0.5 * (low + high)]),
         teeth,
     })
-}
-
-/// The stations that capsules join, evenly thinned, both ends included.
-fn chosen(stations: usize) -> impl Iterator<Item = usize> {
-    let last = stations.saturating_sub(1);
-    let pieces = last.clamp(1, MOST_CAPSULES);
-    (0..=pieces).map(move |i| i * last / pieces)
 }
 
 /// A vector in mm as m, to a nanometre.

@@ -14,7 +14,7 @@ pub mod figures;
 pub mod format;
 pub mod freecad;
 pub mod mjcf;
-pub mod motion_page;
+pub mod motion_figures;
 pub mod openscad;
 pub mod parts;
 pub mod picture;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
-use nalgebra::{Rotation3, UnitQuaternion};
 use serde::Serialize;
 
 use super::chart;
@@ -226,8 +225,7 @@ fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Scene<'a> {
     }
     let poses = angles.iter().map(|&phi| {
         let pose = motion.state(phi).pose;
-        // `UnitQuaternion::from_matrix` iterates and sticks at exactly half a turn.
-        let q = UnitQuaternion::from(Rotation3::from_matrix_unchecked(pose.rotation));
+        let q = pose.quaternion();
         let t = pose.translation;
         [t.x, t.y, t.z, q.w, q.i, q.j, q.k]
     });

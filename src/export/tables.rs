@@ -1,6 +1,6 @@
 //! `summary.json` and `poses.csv`.
 
-use nalgebra::{Rotation3, UnitQuaternion};
+use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
@@ -152,8 +152,7 @@ pub fn poses(motion: &Motion, steps: u32) -> Vec<PoseRow> {
     for i in 0..=steps {
         let turn = f64::from(i) / f64::from(steps);
         let pose = motion.state(turn * std::f64::consts::TAU).pose;
-        let rotation = Rotation3::from_matrix_unchecked(pose.rotation);
-        let mut q = UnitQuaternion::from_rotation_matrix(&rotation);
+        let mut q = pose.quaternion();
         if q.coords.dot(&last.coords) < 0.0 {
             q = UnitQuaternion::new_unchecked(-q.into_inner());
         }

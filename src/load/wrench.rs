@@ -6,7 +6,12 @@ use super::contacts::Configuration;
 use super::settings::Load;
 
 /// Standard gravity, m/s² (N per kg).
-pub const GRAVITY: f64 = 9.80665;
+const GRAVITY: f64 = 9.80665;
+
+/// Weight of one kilogram, N, which is the acceleration of gravity, m/s²; in Σ.
+pub fn gravity(load: &Load) -> Vector3<f64> {
+    Vector3::from(load.gravity).normalize() * GRAVITY
+}
 
 /// Force (N) at a point and torque (N·mm), both in Σ.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +29,7 @@ impl Wrench {
     pub fn unit_weight(load: &Load, at: &Configuration) -> Wrench {
         Wrench {
             point: at.follower.pose.apply(load.point_mm.into()),
-            force: Vector3::from(load.gravity).normalize() * GRAVITY,
+            force: gravity(load),
             torque: Vector3::zeros(),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::{Class, MotionState, hub};
 use crate::{Error, Problem, Result};
@@ -191,11 +191,7 @@ fn not_smooth(states: &[MotionState]) -> Option<Problem> {
 }
 
 fn net_turn(states: &[MotionState]) -> Result<()> {
-    let rotations: Vec<UnitQuaternion<f64>> = states
-        .iter()
-        .map(|s| Rotation3::from_matrix_unchecked(s.pose.rotation).into())
-        .collect();
-    let turns = hub::unwrapped_turns(rotations.iter());
+    let turns = hub::net_turns(states.iter().map(|s| s.pose.quaternion()));
     if (turns + 1.0).abs() < 0.5 {
         Ok(())
     } else {

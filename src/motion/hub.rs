@@ -45,18 +45,23 @@ pub(super) fn align_to(hub: Vector3<f64>) -> UnitQuaternion<f64> {
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI))
 }
 
-/// Turns about z along the rotations, in periods; each step must be less than half a turn.
-pub(super) fn unwrapped_turns<'a>(rotations: impl Iterator<Item = &'a UnitQuaternion<f64>>) -> f64 {
-    let mut last: Option<f64> = None;
-    let mut sum = 0.0;
-    for q in rotations {
+/// Turn about z along the rotations, counted on beyond whole turns, rad; each step must be less than
+/// half a turn. The first is between −π and π.
+pub(super) fn unwrapped(
+    rotations: impl Iterator<Item = UnitQuaternion<f64>>,
+) -> impl Iterator<Item = f64> {
+    rotations.scan(0.0, |turn, q| {
         let twist = 2.0 * q.k.atan2(q.w);
-        if let Some(last) = last {
-            sum += (twist - last + PI).rem_euclid(TAU) - PI;
-        }
-        last = Some(twist);
-    }
-    sum / TAU
+        *turn += (twist - *turn + PI).rem_euclid(TAU) - PI;
+        Some(*turn)
+    })
+}
+
+/// Turns about z from the first to the last of the rotations, in periods; steps as in [`unwrapped`].
+pub(super) fn net_turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> f64 {
+    let mut turns = unwrapped(rotations);
+    let first = turns.next().unwrap_or(0.0);
+    (turns.last().unwrap_or(first) - first) / TAU
 }
 
 /// The follower must turn −1 times per driver turn.

@@ -44,6 +44,12 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// Its rotation as a quaternion. In closed form: `UnitQuaternion::from_matrix` iterates, and stays
+    /// where it began at exactly half a turn.
+    pub fn quaternion(&self) -> UnitQuaternion<f64> {
+        Rotation3::from_matrix_unchecked(self.rotation).into()
+    }
+
     /// Body point → Σ.
     pub fn apply(&self, q: Vector3<f64>) -> Vector3<f64> {
         self.rotation * q + self.translation

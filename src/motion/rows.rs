@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::expression::Expression;
-use super::hub::{align_to, mean_direction, net_turn_error, unwrapped_turns};
+use super::hub::{align_to, mean_direction, net_turn_error, net_turns};
 use super::jet::{PoseJet, about_z, compose};
 use super::spline::PeriodicSpline;
 use crate::{Error, Problem, Problems, Result};
@@ -97,7 +97,7 @@ impl RowShape {
         if !problems.is_empty() {
             return Err(problem(problems));
         }
-        let turns = unwrapped_turns(wobble.iter().chain(wobble.first()));
+        let turns = net_turns(wobble.iter().chain(wobble.first()).copied());
         let own_turns = (own_turn.at(rows[0].phi + TAU).re - own_turn.at(rows[0].phi).re) / TAU;
         if turns.abs() > 0.5 {
             return Err(net_turn_error(turns + own_turns));

@@ -1,13 +1,13 @@
 //! A motion looked at before anything is designed: how far it tilts and slides, how fast it changes,
 //! and which joint it needs.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::checks::{SPACE_MM, SPACE_RAD, tilt};
-use super::{Class, Motion};
+use super::{Class, Motion, MotionState, hub};
 
 /// Phases looked at per period.
 const PHASES: u32 = 360;
@@ -18,7 +18,7 @@ const USUAL: f64 = 10.0 / 12.5;
 const RARE: f64 = 12.0 / 12.5;
 
 /// Motion of the follower at one driver angle.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Driver angle, deg.
     pub phi_deg: f64,
@@ -34,8 +34,6 @@ pub struct Sample {
     pub turn_speed: f64,
     /// Change of `slide_mm` per radian of the driver, mm/rad.
     pub slide_speed_mm_rad: f64,
-    /// How fast the motion changes ([`Sharpness`]), mm/rad².
-    pub sharpness_mm_rad2: f64,
 }
 
 /// How fast the follower's twist changes, turns counted at its pitch radius L/2.
@@ -93,12 +91,6 @@ pub struct Survey {
     pub samples: Vec<Sample>,
 }
 
-/// |dω/dφ| `radius` + |dv/dφ| at `phi` (rad), mm/rad².
-fn change(motion: &Motion, radius: f64, phi: f64) -> f64 {
-    let state = motion.state(phi);
-    state.omega_rate.norm() * radius + state.v_origin_rate.norm()
-}
-
 fn phase(i: u32) -> f64 {
     TAU * f64::from(i) / f64::from(PHASES)
 }
@@ -106,8 +98,12 @@ fn phase(i: u32) -> f64 {
 /// Where the motion changes fastest, for a centre distance in mm.
 pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
     let radius = center_distance / 2.0;
+    let change = |phi: f64| {
+        let state = motion.state(phi);
+        state.omega_rate.norm() * radius + state.v_origin_rate.norm()
+    };
     let (phi, most) = (0..PHASES)
-        .map(|i| (phase(i), change(motion, radius, phase(i))))
+        .map(|i| (phase(i), change(phase(i))))
         .fold((0.0, 0.0), |best, at| if at.1 > best.1 { at } else { best });
     Sharpness {
         most_mm_rad2: most,
@@ -120,7 +116,7 @@ pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
 /// Looks at one period of `motion`: gears at `center_distance` mm, and the path of a `point` of the
 /// follower's frame, mm.
 pub fn survey(motion: &Motion, center_distance: f64, point: Vector3<f64>) -> Survey {
-    let samples = samples(motion, center_distance / 2.0, point);
+    let samples = samples(motion, point);
     let most = |get: &dyn Fn(&Sample) -> f64| samples.iter().map(get).fold(0.0, f64::max);
     let heights = || samples.iter().map(|s| s.slide_mm);
     let (first, last) = (samples[0], samples[samples.len() - 1]);
@@ -146,30 +142,20 @@ pub fn survey(motion: &Motion, center_distance: f64, point: Vector3<f64>) -> Sur
     }
 }
 
-fn samples(motion: &Motion, radius: f64, point: Vector3<f64>) -> Vec<Sample> {
-    let mut turn: Option<f64> = None;
+fn samples(motion: &Motion, point: Vector3<f64>) -> Vec<Sample> {
+    let states: Vec<MotionState> = (0..=PHASES).map(|i| motion.state(phase(i))).collect();
+    let turns = hub::unwrapped(states.iter().map(|s| s.pose.quaternion()));
     (0..=PHASES)
-        .map(|i| {
-            let phi = phase(i);
-            let state = motion.state(phi);
-            // Not `from_matrix`, which iterates and stays where it began at half a turn.
-            let q: UnitQuaternion<f64> =
-                Rotation3::from_matrix_unchecked(state.pose.rotation).into();
-            // The twist about z; half turns between neighbours tell no way round, and do not occur.
-            let twist = 2.0 * q.k.atan2(q.w);
-            let last = turn.unwrap_or(0.0);
-            let now = last + (twist - last + PI).rem_euclid(TAU) - PI;
-            turn = Some(now);
-            Sample {
-                phi_deg: phi.to_degrees(),
-                point_mm: state.pose.apply(point).into(),
-                tilt_deg: tilt(&state).to_degrees(),
-                turn_deg: now.to_degrees(),
-                slide_mm: state.pose.translation.z,
-                turn_speed: state.omega.norm(),
-                slide_speed_mm_rad: state.velocity(state.pose.translation).z,
-                sharpness_mm_rad2: change(motion, radius, phi),
-            }
+        .zip(&states)
+        .zip(turns)
+        .map(|((i, state), turn)| Sample {
+            phi_deg: phase(i).to_degrees(),
+            point_mm: state.pose.apply(point).into(),
+            tilt_deg: tilt(state).to_degrees(),
+            turn_deg: turn.to_degrees(),
+            slide_mm: state.pose.translation.z,
+            turn_speed: state.omega.norm(),
+            slide_speed_mm_rad: state.velocity(state.pose.translation).z,
         })
         .collect()
 }

@@ -13,7 +13,7 @@ const SHORTEST_NECK: f64 = 0.1;
 /// The outline is a bead (flank arcs on both sides, cut off at the tip) on a neck as thick as the
 /// rib that reaches down to the root. `segments` is the number of corners of a full flank circle.
 pub fn polygon(section: &Section, segments: u32) -> Vec<[f64; 2]> {
-    let radius = section.flank_radius.min(0.5 * section.thickness);
+    let radius = section.flank_circle();
     let flank = 0.5 * section.clearance;
     let arc_centre = flank + radius;
     let middle = flank + 0.5 * section.thickness;

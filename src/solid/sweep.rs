@@ -46,8 +46,13 @@ pub fn axis_point(gear: Gear, center_distance: f64) -> Vector3<f64> {
 
 /// Which of a tooth's `stations` carry a frame.
 pub fn chosen(stations: usize) -> Vec<usize> {
+    thinned(stations, MAX_STATIONS)
+}
+
+/// At most `most` of a tooth's `stations`, evenly thinned, both ends included.
+pub fn thinned(stations: usize, most: usize) -> Vec<usize> {
     let last = stations.saturating_sub(1);
-    let count = stations.min(MAX_STATIONS);
+    let count = stations.min(most);
     (0..count)
         .map(|i| (i * last) / (count - 1).max(1))
         .collect()
@@ -55,8 +60,8 @@ pub fn chosen(stations: usize) -> Vec<usize> {
 
 /// The section's frames along a tooth of `gear`, whose axis passes through `axis`.
 pub fn frames(tooth: &ToothPair, gear: Gear, axis: Vector3<f64>) -> Vec<Frame> {
-    let chosen = chosen(tooth.stations.len()).into_iter();
-    let mut frames: Vec<Frame> = chosen
+    let mut frames: Vec<Frame> = chosen(tooth.stations.len())
+        .into_iter()
         .map(|i| {
             let station = &tooth.stations[i];
             let (p, n, t) = station.frame(gear);
