@@ -80,6 +80,17 @@ pub enum Command {
         #[arg(long, value_enum, default_value_t)]
         format: TableFormat,
     },
+    /// Print the completions of a shell: `mpcgear completions bash > ~/.local/share/bash-completion/completions/mpcgear`.
+    Completions {
+        /// Which shell.
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Write the man pages, one for each command.
+    Man {
+        /// Folder to write them into; it must be there.
+        folder: PathBuf,
+    },
 }
 
 /// What to do with a motion.

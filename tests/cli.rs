@@ -461,3 +461,35 @@ fn ctrl_c_keeps_the_best_so_far_beside_an_older_design() {
     );
     assert_eq!(entries(&folder.path().join("out")), ["design.json"]);
 }
+
+#[test]
+fn bash_completes_commands_and_man_has_a_page_for_each() {
+    let folder = tempfile::tempdir().expect("folder");
+    let script = run(folder.path(), &["completions", "bash"]);
+    assert!(script.status.success());
+    std::fs::write(folder.path().join("mpcgear.bash"), &script.stdout).expect("script");
+    let asks = "source ./mpcgear.bash; COMP_WORDS=(mpcgear de); COMP_CWORD=1; \
+                _mpcgear mpcgear de mpcgear; echo ${COMPREPLY[@]}";
+    let answer = std::process::Command::new("bash")
+        .args(["--norc", "-c", asks])
+        .current_dir(folder.path())
+        .output()
+        .expect("bash");
+    assert_eq!(
+        text(&answer.stdout).trim(),
+        "design",
+        "{}",
+        text(&answer.stderr)
+    );
+
+    assert!(run(folder.path(), &["man", "."]).status.success());
+    for (page, says) in [
+        ("mpcgear.1", "mpcgear\\-design(1)"),
+        ("mpcgear-design.1", "\\-\\-max\\-time"),
+        ("mpcgear-motion-show.1", "Motion file"),
+    ] {
+        let page = std::fs::read_to_string(folder.path().join(page)).expect(page);
+        assert!(page.contains(says), "{page}");
+    }
+    refused(folder.path(), &["man", "nowhere"], &["nowhere"]);
+}

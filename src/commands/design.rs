@@ -318,6 +318,24 @@ fn beside(out: &Path) -> Result<PathBuf> {
     Ok(whole.with_file_name(name))
 }
 
+/// What to open first of a folder that was written: the report, or the bodies of a first look.
+fn next(written: &Path) -> Option<String> {
+    let there = |name: &str| Some(written.join(name)).filter(|path| path.exists());
+    let page = there("report.html").map(|page| {
+        format!(
+            "open {} in a browser; {} says how to print it",
+            page.display(),
+            written.join("parts.md").display()
+        )
+    });
+    page.or_else(|| {
+        Some(format!(
+            "look at the bodies in {}",
+            there("meshes")?.display()
+        ))
+    })
+}
+
 fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
     if cli.json {
         return print_out(&json(summary)?);
@@ -350,5 +368,8 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
         text += "stopped early: the best so far; more time may give a better design\n";
     }
     text += &format!("written: {}", written.display());
+    if let Some(next) = next(written) {
+        text += &format!("\nnext: {next}");
+    }
     say(cli, &text).map(|_| ())
 }

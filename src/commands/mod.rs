@@ -3,6 +3,7 @@
 mod check;
 mod design;
 mod inspect;
+mod manual;
 mod motion;
 mod render;
 mod report;
@@ -43,6 +44,8 @@ pub fn run(cli: &Cli) -> Result<u8> {
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
         Command::Motion(command) => motion::run(cli, command),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
+        Command::Completions { shell } => manual::completions(*shell),
+        Command::Man { folder } => manual::pages(cli, folder),
     }
 }
 
