@@ -385,6 +385,7 @@ fn a_first_look_has_bodies_and_figures_and_no_proof() {
     let output = run(folder.path(), &look);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("first look, not proved"));
+    assert!(text(&output.stdout).ends_with("next: look at the bodies in out/meshes\n"));
     let out = folder.path().join("out");
     let first = summary(&out);
     assert_eq!(first["draft"], true);

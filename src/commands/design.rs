@@ -318,22 +318,20 @@ fn beside(out: &Path) -> Result<PathBuf> {
     Ok(whole.with_file_name(name))
 }
 
-/// What to open first of a folder that was written: the report, or the bodies of a first look.
-fn next(written: &Path) -> Option<String> {
+/// What to open first of a folder that was written: the report, or the bodies where there is none. Only
+/// what works is to be printed.
+fn next(written: &Path, works: bool) -> Option<String> {
     let there = |name: &str| Some(written.join(name)).filter(|path| path.exists());
-    let page = there("report.html").map(|page| {
-        format!(
-            "open {} in a browser; {} says how to print it",
-            page.display(),
-            written.join("parts.md").display()
-        )
-    });
-    page.or_else(|| {
-        Some(format!(
-            "look at the bodies in {}",
-            there("meshes")?.display()
-        ))
-    })
+    let Some(page) = there("report.html") else {
+        let meshes = there("meshes")?;
+        return Some(format!("look at the bodies in {}", meshes.display()));
+    };
+    let mut next = format!("open {} in a browser", page.display());
+    if works {
+        let parts = written.join("parts.md");
+        next += &format!("; {} says how to print it", parts.display());
+    }
+    Some(next)
 }
 
 fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
@@ -368,7 +366,7 @@ fn show(cli: &Cli, summary: &Summary, written: &Path) -> Result<()> {
         text += "stopped early: the best so far; more time may give a better design\n";
     }
     text += &format!("written: {}", written.display());
-    if let Some(next) = next(written) {
+    if let Some(next) = next(written, summary.feasible) {
         text += &format!("\nnext: {next}");
     }
     say(cli, &text).map(|_| ())

@@ -16,12 +16,8 @@ pub fn completions(shell: Shell) -> Result<u8> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "mpcgear", &mut script);
     // Not through the terminal's filter: what a shell reads stays as it is.
-    match std::io::Write::write_all(&mut std::io::stdout(), &script) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::io("standard output")(error))
-        }
-        _ => Ok(0),
-    }
+    super::write_out(&script)?;
+    Ok(0)
 }
 
 /// Writes a man page for the program and each of its commands into `folder`.

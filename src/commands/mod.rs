@@ -95,9 +95,14 @@ fn say_figures(cli: &Cli, figures: &[Figure], [name, value, unit]: [usize; 3]) -
     Ok(0)
 }
 
-/// Writes a line to standard output; a closed pipe is no error.
+/// Writes a line to standard output, made harmless for terminals.
 fn print_out(text: &str) -> Result<()> {
-    match writeln!(std::io::stdout(), "{}", mpcgear::escape::terminal(text)) {
+    write_out(format!("{}\n", mpcgear::escape::terminal(text)).as_bytes())
+}
+
+/// Writes bytes to standard output as they are; a closed pipe, a reader that stops early, is no error.
+fn write_out(bytes: &[u8]) -> Result<()> {
+    match std::io::stdout().write_all(bytes) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::io("standard output")(error))
         }

@@ -1,7 +1,6 @@
 //! `export`: files from a finished design.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 
 use mpcgear::design::{Stored, file};
 use mpcgear::disk::Folder;
@@ -9,7 +8,7 @@ use mpcgear::export::format::{self, Format};
 use mpcgear::export::{File, Source};
 use mpcgear::{Error, Problem, Result};
 
-use super::{json, print_out, say};
+use super::{json, print_out, say, write_out};
 use crate::cli::{Cli, ExportArgs};
 
 /// The format that is not a rendering of the solids alone.
@@ -74,7 +73,7 @@ fn list(cli: &Cli) -> Result<u8> {
     Ok(0)
 }
 
-/// The one file, as it is; a reader that stops early is no error. Of a body and its pieces to print
+/// The one file, as it is. Of a body and its pieces to print
 /// the body is meant.
 fn to_standard_output(files: &[File]) -> Result<u8> {
     let bodies = files.iter().filter(|file| !file.path.starts_with("print"));
@@ -94,10 +93,6 @@ fn to_standard_output(files: &[File]) -> Result<u8> {
             .into(),
         });
     };
-    match std::io::stdout().write_all(&file.bytes) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::io("standard output")(error))
-        }
-        _ => Ok(0),
-    }
+    write_out(&file.bytes)?;
+    Ok(0)
 }
