@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::motion::{Class, MotionFile, MotionState};
-use crate::settings::Settings;
+use crate::settings::{FlankRadius, Settings};
 use crate::solid::recipe::Recipe;
 
 /// Version of the `design.json` format that is written; 1 is read as well.
@@ -46,6 +46,14 @@ pub struct Design {
 }
 
 impl Design {
+    /// Cross section of the teeth of `pair`.
+    pub fn section_of(&self, pair: &SubGearPair) -> Section {
+        Section {
+            flank_radius: pair.flank_radius.unwrap_or(self.section.flank_radius),
+            ..self.section
+        }
+    }
+
     /// The stations of every tooth.
     fn stations_mut(&mut self) -> impl Iterator<Item = &mut [Station]> {
         let teeth = self.sub_gear_pairs.iter_mut().flat_map(|p| &mut p.teeth);
@@ -76,6 +84,9 @@ impl Design {
 pub struct SubGearPair {
     /// Design variables of the band (normal-first parameterisation), empty for `paper`.
     pub parameters: Vec<f64>,
+    /// Radius of the flanks, mm, where it is not that of the design's section.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank_radius: Option<f64>,
     /// The J tooth pairs, in order of contact.
     pub teeth: Vec<ToothPair>,
 }
@@ -203,7 +214,7 @@ impl Station {
     }
 }
 
-/// Cross section shared by all teeth, in the frame (n into the material, b outwards from the hub), mm.
+/// Cross section of the teeth, in the frame (n into the material, b outwards from the hub), mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Section {
     /// Extent along n.
@@ -221,11 +232,15 @@ pub struct Section {
 }
 
 impl Section {
-    /// The section that `settings` ask for.
+    /// The section that `settings` ask for; a radius that is to be found is at first that of a round bead.
     pub fn of(settings: &Settings) -> Section {
+        let bead = settings.gear.bead_radius();
         Section {
             thickness: settings.gear.tooth_thickness_mm,
-            flank_radius: settings.gear.flank_radius_mm,
+            flank_radius: match settings.gear.flank_radius_mm {
+                FlankRadius::Fixed(radius) => radius,
+                FlankRadius::Auto(_) => bead,
+            },
             tip: settings.gear.tip_mm,
             root: settings.gear.root_mm,
             clearance: settings.fit.clearance_mm,
@@ -233,8 +248,13 @@ impl Section {
         }
     }
 
-    /// Radius of the flank circle, which is no thicker than the tooth, mm.
-    pub fn flank_circle(&self) -> f64 {
+    /// Whether the flanks are flatter than those of a round bead; they then end in rounded edges.
+    pub fn is_flat(&self) -> bool {
+        self.flank_radius > 0.5 * self.thickness
+    }
+
+    /// Radius of the round bead that fits into the section, mm.
+    pub fn bead_radius(&self) -> f64 {
         self.flank_radius.min(0.5 * self.thickness)
     }
 }

@@ -20,7 +20,7 @@
 //!
 //! ```
 //! use mpcgear::motion::MotionFile;
-//! use mpcgear::synthesis::{self, Bands};
+//! use mpcgear::synthesis::{self, Bands, Flanks};
 //! use mpcgear::{design, search};
 //! use std::ops::ControlFlow;
 //! use std::path::Path;
@@ -38,7 +38,7 @@
 //! let watch = &mut |_: &search::Progress| ControlFlow::Continue(());
 //! let found = search::run(&motion, &file.settings, watch)?;
 //! let (bands, _) = found.choices[0].clone();
-//! let design = synthesis::design(&file, &motion, &Bands::Exact(bands))?;
+//! let design = synthesis::design(&file, &motion, &Bands::Exact(bands), Flanks::Flat)?;
 //!
 //! // Two contacts hold a follower that can only turn, at every angle, and the flanks are conjugate.
 //! assert_eq!(design.sub_gear_pairs.len(), 2);
@@ -63,6 +63,7 @@ pub mod envelope;
 mod error;
 pub mod escape;
 pub mod export;
+pub mod flank;
 pub mod load;
 pub mod motion;
 pub mod pipeline;

@@ -8,7 +8,7 @@ use crate::motion::{Motion, MotionFile};
 use crate::search::{self, Progress, StopReason, paper_search};
 use crate::settings::Method;
 use crate::solid::Solids;
-use crate::synthesis::{self, Bands};
+use crate::synthesis::{self, Bands, Flanks};
 use crate::verify::{self, Check, CheckInput, Effort, Printer};
 use crate::{Error, Result};
 
@@ -107,7 +107,14 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
     let (file, remark) = &at_ratio(file, contact_ratio);
     let mut best: Option<Outcome> = None;
     let mut failure = None;
-    for (i, (bands, q)) in choices.iter().enumerate() {
+    let mut is_flat = true;
+    // Flanks as flat as contact allows, then round ones, of each choice.
+    let attempts = choices.iter().enumerate();
+    let attempts = attempts.flat_map(|choice| [(choice, Flanks::Flat), (choice, Flanks::Round)]);
+    for ((i, (bands, q)), flanks) in attempts {
+        if flanks == Flanks::Round && !is_flat {
+            continue;
+        }
         let at = |stage: &'static str, done: f64| Progress {
             stage,
             done: (i as f64 + done) / choices.len() as f64,
@@ -126,7 +133,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
             best.stop = StopReason::Stopped;
             break;
         }
-        let mut outcome = match synthesis::design(file, motion, bands) {
+        let mut outcome = match synthesis::design(file, motion, bands, flanks) {
             Ok(design) => Outcome {
                 remarks: remark.clone(),
                 ..Outcome::new(design, motion, stop)
@@ -136,6 +143,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
                 continue;
             }
         };
+        is_flat = outcome.design.section.is_flat();
         let first = best.is_none();
         if first {
             let _ = observer(Event::Best(&outcome));
@@ -186,7 +194,7 @@ pub fn draft(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Res
     let (file, remarks) = &at_ratio(file, found.contact_ratio);
     let mut failure = Error::Interrupted;
     for (bands, _) in found.choices {
-        match synthesis::design(file, motion, &Bands::Exact(bands)) {
+        match synthesis::design(file, motion, &Bands::Exact(bands), Flanks::Flat) {
             Ok(design) => {
                 let mut outcome = Outcome {
                     remarks: remarks.clone(),

@@ -35,6 +35,19 @@ pub enum PairCount {
     Auto(Auto),
 }
 
+/// Largest flank radius, mm.
+pub const FLATTEST: f64 = 25.0;
+
+/// Radius of the flanks: as large as the teeth allow, or fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected \"auto\" or a number")]
+pub enum FlankRadius {
+    /// A fixed radius, mm.
+    Fixed(f64),
+    /// `"auto"`: as large as contact allows along every tooth, if the proof agrees; else a round bead.
+    Auto(Auto),
+}
+
 /// The word `auto`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Auto {
@@ -56,15 +69,10 @@ impl Settings {
                 *size = most;
             }
         };
-        let (radius, rib) = (&mut gear.flank_radius_mm, &mut self.spokes.thickness_mm);
-        at_most(
-            "gear",
-            "flank_radius_mm",
-            radius,
-            gear.tooth_thickness_mm / 2.0,
-        );
-        at_most("gear", "tip_mm", &mut gear.tip_mm, *radius);
-        at_most("gear", "root_mm", &mut gear.root_mm, *radius);
+        let bead = gear.bead_radius();
+        at_most("gear", "tip_mm", &mut gear.tip_mm, bead);
+        at_most("gear", "root_mm", &mut gear.root_mm, bead);
+        let rib = &mut self.spokes.thickness_mm;
         at_most("spokes", "thickness_mm", rib, gear.tooth_thickness_mm);
     }
 }
@@ -87,14 +95,14 @@ pub struct Gear {
     pub sub_gear_pairs: PairCount,
     /// Tooth thickness across the bead, along the contact normal, mm. Default 1.8.
     pub tooth_thickness_mm: f64,
-    /// Radius of the convex flank around the contact point, mm; at most half the thickness. Default 0.9, or half of a
-    /// thinner tooth.
-    pub flank_radius_mm: f64,
-    /// Height of the tooth beyond the contact point, mm; at most the flank radius. Default 0.9, or the flank
+    /// Radius of the convex flank across the tooth, mm, at most 25: the flatter, the more it carries.
+    /// Default "auto".
+    pub flank_radius_mm: FlankRadius,
+    /// Height of the tooth beyond the contact point, mm; at most the bead radius. Default 0.9, or the bead
     /// radius if that is smaller.
     pub tip_mm: f64,
     /// Depth of the fixed cross section behind the contact point, towards the hub, mm. Default 0.6, or
-    /// the flank radius if that is smaller: the rib does the rest.
+    /// the bead radius if that is smaller: the rib does the rest.
     pub root_mm: f64,
     /// Smallest wall anywhere, mm. Default 0.8.
     pub minimum_wall_mm: f64,
@@ -119,7 +127,7 @@ impl Default for Gear {
             least_contact_ratio: 1.1,
             sub_gear_pairs: PairCount::Auto(Auto::Auto),
             tooth_thickness_mm: 1.8,
-            flank_radius_mm: 0.9,
+            flank_radius_mm: FlankRadius::Auto(Auto::Auto),
             tip_mm: 0.9,
             root_mm: 0.6,
             minimum_wall_mm: 0.8,
@@ -128,6 +136,18 @@ impl Default for Gear {
             samples: 36,
             closure_threshold: 0.02,
             norm_weight: 120.0,
+        }
+    }
+}
+
+impl Gear {
+    /// Radius of the round bead that fits into the section, mm: half the thickness, or the flanks' radius
+    /// where that is smaller. The search takes the teeth for such beads.
+    pub fn bead_radius(&self) -> f64 {
+        let half = 0.5 * self.tooth_thickness_mm;
+        match self.flank_radius_mm {
+            FlankRadius::Fixed(radius) => radius.min(half),
+            FlankRadius::Auto(_) => half,
         }
     }
 }
@@ -292,7 +312,7 @@ mod tests {
         thin.follow(|_, key| key == "tooth_thickness_mm");
         let gear = &thin.gear;
         assert_eq!(
-            (gear.flank_radius_mm, gear.tip_mm, gear.root_mm),
+            (gear.bead_radius(), gear.tip_mm, gear.root_mm),
             (0.5, 0.5, 0.5)
         );
         assert_eq!(thin.spokes.thickness_mm, 1.0);

@@ -195,6 +195,8 @@ pub struct Margins {
     pub spacing: f64,
     /// Radius of the swept bead.
     pub bead_radius: f64,
+    /// Radius of the flanks across the tooth.
+    pub flank_radius: f64,
 }
 
 impl Band {
@@ -291,7 +293,7 @@ fn examine(grid: &Grid, j: usize, tooth: &Trace, margins: &Margins) -> Result<()
         if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
             return Err(Flaw::Degenerate);
         }
-        if c.gap < margins.gap || !(c.induced_curvature(margins.bead_radius) > margins.curvature) {
+        if c.gap < margins.gap || !(c.induced_curvature(margins.flank_radius) > margins.curvature) {
             return Err(Flaw::Gap);
         }
         if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {

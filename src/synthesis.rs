@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use crate::closure::{Wrench, measure, wrench};
 use crate::contact::{Contact, Grid, Node, PaperBand, Trace, spline, trace};
 use crate::design::{self, ClosureSample, Design, Station, SubGearPair, ToothPair};
+use crate::flank;
 use crate::motion::{Motion, MotionFile};
-use crate::settings::Settings;
+use crate::settings::{FlankRadius, Settings};
 use crate::solid::layout;
 use crate::sub_gear::BandLaw;
 use crate::{Error, Result};
@@ -45,12 +46,21 @@ fn trace_all(grid: &Grid, bands: &Bands) -> Result<Vec<(Vec<f64>, Vec<Trace>)>> 
     }
 }
 
+/// How flat flanks are whose radius is to be found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flanks {
+    /// As flat as contact allows.
+    Flat,
+    /// Those of a round bead.
+    Round,
+}
+
 /// The design of `bands`, with its recipe.
 ///
 /// # Errors
 /// [`Error::Internal`] when a band cannot be traced (the search only hands over bands that can);
 /// [`Error::Infeasible`] when the motion leaves no room for the joint.
-pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands) -> Result<Design> {
+pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands, flanks: Flanks) -> Result<Design> {
     let settings = &file.settings;
     let grid = Grid::new(motion, &settings.gear, STEPS);
     let (parameters, traces): (Vec<_>, Vec<_>) = trace_all(&grid, bands)?.into_iter().unzip();
@@ -58,6 +68,7 @@ pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands) -> Result<Desig
         .into_iter()
         .zip(&traces)
         .map(|(parameters, teeth)| SubGearPair {
+            flank_radius: None,
             parameters,
             teeth: teeth
                 .iter()
@@ -71,6 +82,16 @@ pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands) -> Result<Desig
         closure: closure(motion, settings, &grid, &traces),
         ..Design::draft(file)
     };
+    if let (FlankRadius::Auto(_), Flanks::Flat) = (settings.gear.flank_radius_mm, flanks) {
+        for (k, teeth) in traces.iter().enumerate() {
+            let band = flank::Band {
+                contacts: teeth.concat(),
+                teeth: &design.sub_gear_pairs[k].teeth,
+            };
+            design.sub_gear_pairs[k].flank_radius =
+                band.flattest(&design.section, settings, motion);
+        }
+    }
     design.recipe = layout::recipe(&design, motion)?;
     Ok(design)
 }

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 /// A sound design with its recipe.
 fn revolute() -> Design {
     let mut design = known::revolute();
+    design.sub_gear_pairs[0].flank_radius = Some(1.5);
     design.recipe = Solids::build(&design, &known::motion(Class::R1))
         .expect("builds")
         .recipe;
@@ -210,7 +211,12 @@ fn every_value_out_of_range_is_named_with_what_is_allowed() {
         (
             "/section/flank_radius".into(),
             json!(1e9),
-            &["section.flank_radius", "allowed 0 to 20"],
+            &["section.flank_radius", "allowed 0 to 25"],
+        ),
+        (
+            "/sub_gear_pairs/0/flank_radius".into(),
+            json!(1e9),
+            &["sub_gear_pairs[0].flank_radius", "allowed 0 to 25"],
         ),
         (
             "/closure".into(),

@@ -8,7 +8,7 @@ use std::process::Command;
 use mpcgear::design::{Design, file};
 use mpcgear::export::freecad::{self, Built, Headless};
 use mpcgear::motion::Class;
-use mpcgear::solid::Solids;
+use mpcgear::solid::{Solids, section};
 
 const DATE: &str = "2026-01-01";
 
@@ -17,10 +17,16 @@ const TEETH: usize = 2;
 
 /// A synthetic design with its recipe, and its solids.
 fn built(class: Class, teeth: usize) -> (Design, Solids) {
+    built_with(class, teeth, |_| {})
+}
+
+/// The same of a design that is changed first.
+fn built_with(class: Class, teeth: usize, change: impl FnOnce(&mut Design)) -> (Design, Solids) {
     let (mut design, motion) = synthetic::uniform(class);
     for pair in &mut design.sub_gear_pairs {
         pair.teeth.truncate(teeth);
     }
+    change(&mut design);
     let solids = Solids::build(&design, &motion).expect("builds");
     design.recipe = solids.recipe.clone();
     (design, solids)
@@ -51,10 +57,12 @@ fn script(name: &str) -> PathBuf {
 
 /// Runs the macro of a class and compares every part's volume with the embedded kernel's mesh.
 fn macro_agrees_with_the_mesh(class: Class) {
-    if !freecad_is_here() {
-        return;
+    if freecad_is_here() {
+        agree(class, built(class, TEETH));
     }
-    let (design, solids) = built(class, TEETH);
+}
+
+fn agree(class: Class, (design, solids): (Design, Solids)) {
     let folder = tempfile::tempdir().expect("folder");
     let headless = Headless {
         program: Path::new("freecadcmd"),
@@ -122,6 +130,64 @@ fn macro_of_1r_agrees_with_the_mesh() {
 }
 
 #[test]
+fn macro_of_flat_flanks_agrees_with_the_mesh() {
+    if !freecad_is_here() {
+        return;
+    }
+    agree(Class::R1, built_with(Class::R1, TEETH, flatten));
+}
+
+fn flatten(design: &mut Design) {
+    for (pair, radius) in design.sub_gear_pairs.iter_mut().zip([2.5, 6.0]) {
+        pair.flank_radius = Some(radius);
+    }
+}
+
+#[test]
+fn sketches_of_the_teeth_follow_every_parameter() {
+    if !freecad_is_here() {
+        return;
+    }
+    type Change = fn(&mut Design, f64);
+    let radius = |k: usize| {
+        [
+            |d: &mut Design, x| d.sub_gear_pairs[0].flank_radius = Some(x),
+            |d: &mut Design, x| d.sub_gear_pairs[1].flank_radius = Some(x),
+        ][k]
+    };
+    let edits: [(&str, f64, Change); 8] = [
+        ("clearance", 0.3, |d, x| d.section.clearance = x),
+        ("thickness", 1.6, |d, x| d.section.thickness = x),
+        ("tip", 0.6, |d, x| d.section.tip = x),
+        ("root", 0.5, |d, x| d.section.root = x),
+        ("rib", 0.9, |d, x| d.section.rib = x),
+        ("flank_radius_1", 1.2, radius(0)),
+        ("flank_radius_2", 3.0, radius(1)),
+        ("flank_radius_2", 1.0, radius(1)),
+    ];
+    let (design, _) = built_with(Class::R1, 1, flatten);
+    let expected = edits.map(|(alias, value, change)| {
+        let mut changed = design.clone();
+        change(&mut changed, value);
+        let outlines = changed.sub_gear_pairs.iter().map(|pair| {
+            let outline = section::polygon(&changed.section_of(pair), 4000);
+            let corners = outline.iter().zip(outline.iter().cycle().skip(1));
+            let area: f64 = corners
+                .map(|(a, b)| 0.5 * (a[0] * b[1] - b[0] * a[1]))
+                .sum();
+            let high = outline.iter().map(|c| c[1]).fold(f64::MIN, f64::max);
+            let low = outline.iter().map(|c| c[1]).fold(f64::MAX, f64::min);
+            (area, (high, low))
+        });
+        let (areas, ends): (Vec<f64>, Vec<(f64, f64)>) = outlines.unzip();
+        let (highs, lows): (Vec<f64>, Vec<f64>) = ends.into_iter().unzip();
+        serde_json::json!([alias, value, areas, highs, lows])
+    });
+    let expected = serde_json::Value::from(expected.to_vec()).to_string();
+    run_script("sections.py", &design, &[("MPCGEAR_EXPECTED", &expected)]);
+}
+
+#[test]
 fn macro_of_1r1t_agrees_with_the_mesh() {
     macro_agrees_with_the_mesh(Class::R1T1);
 }
@@ -138,13 +204,15 @@ fn macro_of_3r1t_agrees_with_the_mesh() {
 
 /// Runs a script of these tests with the add-on on a design of `class`.
 fn script_succeeds(name: &str, class: Class, teeth: usize) {
-    if !freecad_is_here() {
-        return;
+    if freecad_is_here() {
+        run_script(name, &built(class, teeth).0, &[]);
     }
-    let (design, _) = built(class, teeth);
+}
+
+fn run_script(name: &str, design: &Design, variables: &[(&str, &str)]) {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("design.json");
-    std::fs::write(&path, file::text(&design).expect("json")).expect("written");
+    std::fs::write(&path, file::text(design).expect("json")).expect("written");
     let output = Command::new("freecadcmd")
         .arg(script(name))
         .env(
@@ -152,12 +220,14 @@ fn script_succeeds(name: &str, class: Class, teeth: usize) {
             concat!(env!("CARGO_MANIFEST_DIR"), "/cad/freecad"),
         )
         .env("MPCGEAR_DESIGN", &path)
+        .envs(variables.iter().copied())
         .env("HOME", folder.path())
         .output()
         .expect("starts");
     assert!(
         output.status.success(),
-        "{}",
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
 }

@@ -12,7 +12,7 @@ use mpcgear::search::candidates::Workshop;
 use mpcgear::settings::Settings;
 use mpcgear::solid::Solids;
 use mpcgear::solid::kernel::Solid;
-use mpcgear::synthesis::{self, Bands};
+use mpcgear::synthesis::{self, Bands, Flanks};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector3};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -291,7 +291,8 @@ fn compatible_bands_do_not_overlap() {
         assert_eq!(pairs.len(), 2, "{name}: too few pairs to try");
         for (a, b) in pairs {
             let bands = [a, b].map(|i| candidates[i].law.clone()).to_vec();
-            let design = synthesis::design(&file, &motion, &Bands::Exact(bands)).expect("design");
+            let design = synthesis::design(&file, &motion, &Bands::Exact(bands), Flanks::Flat)
+                .expect("design");
             let solids = Solids::build(&design, &motion).expect("solids");
             for i in 0..12 {
                 let phi = TAU * (f64::from(i) + 0.29) / 12.0;

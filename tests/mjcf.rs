@@ -94,7 +94,7 @@ fn the_follower_has_the_joints_of_its_class() {
 #[test]
 fn capsules_run_along_the_centres_of_the_flank_circles() {
     let (text, design) = model(Class::R1, "gear");
-    let radius = design.section.flank_radius;
+    let radius = design.section.bead_radius();
     assert!(text.contains(&format!("type=\"capsule\" size=\"{:.9}\"", 1e-3 * radius)));
     let teeth: usize = design.sub_gear_pairs.iter().map(|p| p.teeth.len()).sum();
     let capsules = elements(&text, "geom class=\"driver_tooth\"");

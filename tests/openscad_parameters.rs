@@ -63,8 +63,37 @@ fn every_parameter_of_the_section_changes_the_teeth() {
     }
     let bench = Bench::new(Class::R1, "section");
     bench.section_agrees("tooth_thickness", 1.6, |s| s.thickness = 1.6);
-    bench.section_agrees("flank_radius", 0.7, |s| s.flank_radius = 0.7);
+    bench.flank_agrees(0, 0.7);
     bench.section_agrees("tooth_tip", 0.6, |s| s.tip = 0.6);
+    bench.section_agrees("tooth_root", 0.3, |s| s.root = 0.3);
+    bench.section_agrees("clearance", 0.3, |s| s.clearance = 0.3);
+    bench.section_agrees("rib_thickness", 1.0, |s| s.rib = 1.0);
+}
+
+#[test]
+fn every_parameter_of_a_flat_section_changes_the_teeth() {
+    if !installed() {
+        return;
+    }
+    let bench = Bench::with(Class::R1, "flat", |design| {
+        let radii = [2.5, 6.0];
+        for (pair, radius) in design.sub_gear_pairs.iter_mut().zip(radii) {
+            pair.flank_radius = Some(radius);
+        }
+    });
+    for (body, made) in ["driver", "follower"].iter().zip(&bench.solids.bodies) {
+        close(
+            bench.volume(body, &[]) / made.mesh.volume(),
+            1.0,
+            1e-4,
+            body,
+        );
+    }
+    bench.flank_agrees(0, 1.3);
+    bench.flank_agrees(1, 3.0);
+    bench.flank_agrees(1, 0.9);
+    bench.section_agrees("tooth_thickness", 1.4, |s| s.thickness = 1.4);
+    bench.section_agrees("tooth_tip", 0.5, |s| s.tip = 0.5);
     bench.section_agrees("tooth_root", 0.3, |s| s.root = 0.3);
     bench.section_agrees("clearance", 0.3, |s| s.clearance = 0.3);
     bench.section_agrees("rib_thickness", 1.0, |s| s.rib = 1.0);

@@ -193,6 +193,48 @@ fn section_is_a_bead_on_a_neck_with_its_flank_at_the_contact() {
 }
 
 #[test]
+fn flat_flanks_end_in_rounded_edges_behind_the_same_contact() {
+    let (mut design, _) = synthetic::uniform(Class::R1);
+    let mut area = 0.0;
+    for radius in [0.95, 1.5, 2.5, 6.0] {
+        design.section.flank_radius = radius;
+        let outline = section::polygon(&design.section, 400);
+        for i in 0..outline.len() {
+            let (left, right) = (outline[outline.len() - 1 - i], outline[i]);
+            assert!((left[1] - right[1]).abs() < 1e-9, "mirror image");
+        }
+        // On the flank every corner is `radius` from its centre, and the flank is as high as it says.
+        let height = section::flank_height(&design.section);
+        assert!(height >= 0.14 * radius || radius == 6.0, "{height}");
+        let flank = outline
+            .iter()
+            .filter(|p| p[0] < 0.95 && p[1].abs() < height + 1e-9);
+        for p in flank {
+            let away = (p[0] - 0.05 - radius).hypot(p[1]);
+            assert!((away - radius).abs() < 1e-6, "{p:?} is {away} away");
+        }
+        // No corner turns sharply: edges are round.
+        let turn = |i: usize| {
+            let at = |k: usize| outline[(i + k) % outline.len()];
+            let way = |k: usize| (at(k + 1)[1] - at(k)[1]).atan2(at(k + 1)[0] - at(k)[0]);
+            (way(1) - way(0)).rem_euclid(std::f64::consts::TAU)
+        };
+        let sharpest = (0..outline.len()).map(turn).fold(0.0, f64::max);
+        // At the root the rib's sides stand in the section.
+        assert!(sharpest < 0.5, "turns by {sharpest} at once, R = {radius}");
+        let tops = outline.iter().filter(|p| (p[1] - 0.9).abs() < 1e-9);
+        assert_eq!(tops.count(), 2, "flat tip between two edges");
+        let corners = outline.iter().zip(outline.iter().cycle().skip(1));
+        let now: f64 = corners
+            .map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0]))
+            .sum();
+        assert!(now > area, "flatter is fuller");
+        area = now;
+    }
+    assert!(area < 1.8 * 1.5, "less than its box");
+}
+
+#[test]
 fn a_folding_sweep_is_named() {
     let (mut design, _) = synthetic::uniform(Class::R1);
     let tooth = &mut design.sub_gear_pairs[0].teeth[0];

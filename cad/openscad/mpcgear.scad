@@ -8,30 +8,61 @@
 
 // Outline of a tooth's cross section, counter-clockwise, in coordinates (n, b): the contact point
 // is the origin, n points into the material, b away from the hub. The flank starts half the
-// clearance behind the contact. A bead with round flanks stands on a neck as thick as the rib, if
-// that is longer than 0.1 mm.
+// clearance behind the contact. A bead stands on a neck as thick as the rib, if that is longer than
+// 0.1 mm. `segments` is the number of corners of a circle as thick as the tooth.
 // The outline is symmetric: corner i mirrors corner -1-i, and the cap faces rely on it.
 function tooth_section(thickness, flank_radius, tip, root, clearance, neck, segments) =
     let (
-        radius = min(flank_radius, thickness / 2),
-        centre = clearance / 2 + radius,
-        middle = clearance / 2 + thickness / 2,
+        flank = clearance / 2,
+        middle = flank + thickness / 2,
         side = middle - min(neck, thickness) / 2,
-        neck_angle = acos(min(max(centre - side, 0) / radius, 1)),
-        has_neck = root > radius * sin(neck_angle) + 0.1,
-        low = has_neck ? neck_angle : asin(min(root / radius, 1)),
-        high = asin(min(tip / radius, 1)),
-        below = max(round(segments * low / 360), 1),
-        above = max(round(segments * high / 360), 1),
-        angles = concat([for (i = [below : -1 : 1]) -low * i / below],
-                        [for (i = [0 : above]) high * i / above]),
-        half = concat(has_neck ? [[side, -root]] : [],
-                      [for (a = angles) [centre - radius * cos(a), radius * sin(a)]]),
+        neck_angle = acos(min(max(flank + flank_radius - side, 0) / flank_radius, 1)),
+        neck_height = flank_radius * sin(neck_angle),
+        has_neck = root > neck_height + 0.1,
+        below = has_neck
+            ? concat(tooth_side(thickness, flank_radius, flank, neck_height, 0, segments), [[side, root]])
+            : tooth_side(thickness, flank_radius, flank, root,
+                         min(tooth_edge(thickness, flank_radius, root), side - flank), segments),
+        above = tooth_side(thickness, flank_radius, flank, tip,
+                           tooth_edge(thickness, flank_radius, tip), segments),
+        half = concat([for (i = [len(below) - 1 : -1 : 1]) [below[i].x, -below[i].y]], above),
         last = len(half) - 1,
         pointed = half[last].x > middle - 0.0001
     )
     concat([for (c = half) [2 * middle - c.x, c.y]],
            [for (i = [pointed ? last - 1 : last : -1 : 0]) half[i]]);
+
+// Radius of the edge between a flank that is flatter than a round bead and the end of the section
+// `height` above or below the contact: the flank takes 0.15 rad, the edge the rest. 0 on a round bead.
+function tooth_edge(thickness, flank_radius, height) =
+    let (
+        half = (thickness - 0.1) / 2,
+        rest = (height - 0.15 * flank_radius) / 0.85,
+        widest = (half * (2 * flank_radius - half) - height * height) / (2 * (flank_radius - height))
+    )
+    flank_radius <= max(thickness / 2, height) ? 0 : min(max(min(max(rest, 0.2), widest), 0), height);
+
+// One side of a section, from the contact's height up to `height`, with an edge of radius `edge`.
+function tooth_side(thickness, flank_radius, flank, height, edge, segments) =
+    let (
+        fineness = segments / 360 / sqrt(thickness / 2),
+        meet = acos(max(1 - thickness / 2 / flank_radius, 0)),
+        turn = edge > 0 ? asin(min(max((height - edge) / (flank_radius - edge), 0), 1))
+                        : min(asin(min(height / flank_radius, 1)), meet),
+        away = flank_radius - edge,
+        arc = section_arc(flank_radius, [flank + flank_radius, 0], [0, turn], fineness)
+    )
+    edge <= 0 ? arc
+              : concat([for (i = [0 : 1 : len(arc) - 2]) arc[i]],
+                       section_arc(edge, [flank + flank_radius - away * cos(turn), away * sin(turn)],
+                                   [turn, 90], 0.6 * fineness));
+
+// Corners of an arc, both ends included; angles from -n towards +b.
+function section_arc(radius, centre, angles, fineness) =
+    let (steps = max(ceil(fineness * sqrt(radius) * (angles[1] - angles[0]) - 0.001), 1))
+    [for (i = [0 : steps])
+        let (a = angles[0] + (angles[1] - angles[0]) * i / steps)
+        [centre.x - radius * cos(a), centre.y + radius * sin(a)]];
 
 // ---- Sweeps --------------------------------------------------------------------------------
 

@@ -104,7 +104,7 @@ impl BandModel {
             spacing: gear.tooth_thickness_mm
                 + settings.fit.safety_gap_mm
                 + SPACING_MARGIN * grid.center_distance,
-            bead_radius: (0.5 * gear.tooth_thickness_mm).max(gear.flank_radius_mm),
+            bead_radius: 0.5 * gear.tooth_thickness_mm,
             width: WIDTH_SHARE * start.travel.abs(),
             direction: start.travel.signum(),
         }

@@ -2,6 +2,7 @@
 
 use super::{Design, Section, Station, ToothPair, check_recipe};
 use crate::motion::unusable_name;
+use crate::settings::FLATTEST;
 use crate::{Problem, Problems};
 
 /// Largest coordinate or size anywhere, mm: the largest centre distance a hundred times.
@@ -50,6 +51,10 @@ fn teeth(found: &mut Problems, design: &Design, first: bool) {
         if count != wanted {
             let what = format!("has {count} teeth, settings.gear.teeth is {wanted}");
             found.add(|| Problem::new(place(), what, ""));
+        }
+        if let Some(radius) = pair.flank_radius {
+            let place = || format!("sub_gear_pairs[{k}].flank_radius");
+            found.range(place, radius, [0.0, FLATTEST]);
         }
         let place = || format!("sub_gear_pairs[{k}].parameters");
         found.count(place, pair.parameters.len(), 1000);
@@ -140,7 +145,7 @@ pub(super) fn unit(found: &mut Problems, place: impl FnOnce() -> String, v: [f64
 fn section(found: &mut Problems, section: &Section) {
     for (name, value, most) in [
         ("thickness", section.thickness, 20.0),
-        ("flank_radius", section.flank_radius, 20.0),
+        ("flank_radius", section.flank_radius, FLATTEST),
         ("tip", section.tip, 20.0),
         ("root", section.root, 20.0),
         ("clearance", section.clearance, 2.0),

@@ -193,6 +193,14 @@ fn gear(design: &Design, figures: &mut Vec<Figure>) {
         "mm",
         "From the joint to the motor shaft.",
     );
+    let pairs = design.sub_gear_pairs.iter();
+    let radii = pairs.map(|pair| rounded(design.section_of(pair).flank_radius, 3));
+    add(
+        "Flank radius",
+        radii.collect::<Vec<_>>().join(", "),
+        "mm",
+        "Of each sub-gear pair: the larger, the more it carries.",
+    );
     add(
         "Gap between flanks",
         rounded(design.section.clearance, 3),
@@ -240,6 +248,9 @@ pub fn load(settings: &Load, load: &LoadReport) -> Vec<Figure> {
             Some(PayloadLimit::Force) => "Then the first contact reaches the force limit.",
             Some(PayloadLimit::Pressure) => {
                 "Then the first contact reaches the pressure that its material bears."
+            }
+            Some(PayloadLimit::Patch) => {
+                "Then the first contact patch reaches the edge of its flank."
             }
             None => "The weight does not load the contacts.",
         },

@@ -112,7 +112,7 @@ pub fn file(source: &Source, solids: &Solids) -> Result<File> {
             gravity: format!("{:.6} {:.6} {:.6}", gravity.x, gravity.y, gravity.z),
             middle: metres([-0.5 * length, 0.0, 0.0]),
             extent: format!("{}", 4e-3 * length),
-            radius: format!("{:.9}", 1e-3 * design.section.flank_circle()),
+            radius: format!("{:.9}", 1e-3 * design.section.bead_radius()),
             friction: load.friction,
             target: target
                 .iter()
@@ -154,7 +154,7 @@ fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
     let missing = |what: &str| Error::Internal(format!("mjcf: the {name} has no {what}"));
     let length = design.settings.gear.center_distance_mm;
     let axis = sweep::axis_point(gear, length);
-    let depth = 0.5 * design.section.clearance + design.section.flank_circle();
+    let depth = 0.5 * design.section.clearance + design.section.bead_radius();
     let mut teeth = Vec::new();
     let mut centres = Vec::new();
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {

@@ -4,8 +4,11 @@ use serde::Serialize;
 
 use super::scad_teeth::{self, number};
 use super::{Source, scad_csg};
-use crate::design::Design;
+use crate::design::{Design, SubGearPair};
 use crate::solid::recipe::{Body, Parameter, Recipe};
+
+/// Smallest flank radius that the Customizer offers, mm.
+const LEAST_FLANK: f64 = 0.4;
 
 /// A Customizer entry.
 #[derive(Serialize)]
@@ -73,8 +76,9 @@ pub(super) fn fixed(parameters: &[&Parameter]) -> Vec<Entry> {
 
 /// Customizer group of the section.
 pub(super) fn tooth_group(source: &Source) -> Group {
-    let s = &source.design.section;
-    let wall = source.design.settings.gear.minimum_wall_mm;
+    let design = source.design;
+    let s = &design.section;
+    let wall = design.settings.gear.minimum_wall_mm;
     let entry = |name: &str, value: f64, (min, max): (f64, f64), description: &str| Entry {
         name: name.into(),
         value: number(value, 4),
@@ -83,7 +87,20 @@ pub(super) fn tooth_group(source: &Source) -> Group {
         step: "0.01",
         description: description.into(),
     };
-    let teeth = vec![
+    let flank = |(k, pair): (usize, &SubGearPair)| {
+        let radius = design.section_of(pair).flank_radius;
+        entry(
+            &format!("flank_radius_{}", k + 1),
+            radius,
+            (LEAST_FLANK, radius),
+            &format!(
+                "radius of the flanks of sub-gear pair {}; a larger one would break conjugation, a smaller \
+                 one keeps the contact but carries less",
+                k + 1
+            ),
+        )
+    };
+    let mut teeth = vec![
         entry(
             "tooth_thickness",
             s.thickness,
@@ -91,15 +108,9 @@ pub(super) fn tooth_group(source: &Source) -> Group {
             "thickness across the bead, measured away from the contact; a thicker one would meet the next tooth",
         ),
         entry(
-            "flank_radius",
-            s.flank_radius,
-            (0.4, s.flank_radius),
-            "radius of the flanks; a larger one would break conjugation, a smaller one keeps the contact",
-        ),
-        entry(
             "tooth_tip",
             s.tip,
-            (0.3 * s.flank_radius, s.tip),
+            (0.3 * s.bead_radius(), s.tip),
             "height beyond the contact point; lower is harmless",
         ),
         entry(
@@ -115,6 +126,8 @@ pub(super) fn tooth_group(source: &Source) -> Group {
             "flank-to-flank gap, half of it off this gear; both gears want the same value; 0 is the exact contact and binds, more is play",
         ),
     ];
+    let flanks = design.sub_gear_pairs.iter().enumerate().map(flank);
+    teeth.splice(1..1, flanks);
     Group {
         name: "Teeth".into(),
         entries: teeth,

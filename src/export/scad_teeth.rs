@@ -45,33 +45,36 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
     });
     let pairs: Vec<Vec<Vec<Frame>>> = pairs.collect();
     let bands = pairs.iter().map(|teeth| middle_height(teeth)).collect();
-    let frames: Vec<Vec<Frame>> = pairs.into_iter().flatten().collect();
-    let section = &design.section;
-    let thicker = Section {
+    let place = format!("{gear:?} tooth").to_lowercase();
+    let (mut beads, mut ribs) = (Vec::new(), Vec::new());
+    for (pair, teeth) in design.sub_gear_pairs.iter().zip(&pairs) {
+        let thicker = thicker(&design.section_of(pair));
+        for frames in teeth {
+            beads.push(sweep::tooth(frames, &thicker, &place)?);
+            ribs.push(rib::rib(frames, &thicker, (axis, foot), &place)?);
+        }
+    }
+    let frames = pairs.iter().flatten();
+    Ok(Teeth {
+        stations: frames.map(|f| line(f)).collect(),
+        axis,
+        bands,
+        foot,
+        beads: apart(&beads)?,
+        ribs: apart(&ribs)?,
+    })
+}
+
+/// A section that holds every one that the Customizer makes of `section`.
+fn thicker(section: &Section) -> Section {
+    Section {
         thickness: section.thickness + SPARE,
         flank_radius: section.flank_radius + 0.5 * SPARE,
         clearance: 0.0,
         // The wall may be as thick as the bead at the hub.
         rib: section.thickness + SPARE,
         ..*section
-    };
-    let place = format!("{gear:?} tooth").to_lowercase();
-    let beads: Result<Vec<Mesh>> = frames
-        .iter()
-        .map(|f| sweep::tooth(f, &thicker, &place))
-        .collect();
-    let ribs: Result<Vec<Mesh>> = frames
-        .iter()
-        .map(|f| rib::rib(f, &thicker, (axis, foot), &place))
-        .collect();
-    Ok(Teeth {
-        stations: frames.iter().map(|f| line(f)).collect(),
-        axis,
-        bands,
-        foot,
-        beads: apart(&beads?)?,
-        ribs: apart(&ribs?)?,
-    })
+    }
 }
 
 /// The frames in the order in which n × b points forward, as the OpenSCAD functions want them.

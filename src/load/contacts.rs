@@ -2,10 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Matrix2, Vector3};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
-use crate::design::{Design, Gear, SubGearPair, ToothPair};
+use crate::design::{Design, Gear, Section, SubGearPair, ToothPair};
 use crate::motion::{Class, Motion, MotionState};
+use crate::solid::section;
 use crate::{Error, Result};
 
 /// Stations a value is interpolated from: a polynomial of degree five, whose error at the usual
@@ -28,6 +29,10 @@ pub struct Contact {
     pub n: Vector3<f64>,
     /// Tangent directions e₁, e₂ in Σ with e₁ × e₂ = n; the curvatures below refer to them.
     pub tangents: [Vector3<f64>; 2],
+    /// Direction across the driver's tooth and across the follower's, on the tangents.
+    pub across: [Vector2<f64>; 2],
+    /// Height of both flanks above and below the contact, mm.
+    pub flank_height: f64,
     /// Curvature of the driver's flank, 1/mm, positive where it bulges towards the follower.
     pub driver_curvature: Matrix2<f64>,
     /// Curvature of the follower's flank, 1/mm, positive where it bulges towards the driver.
@@ -69,7 +74,7 @@ impl Configuration {
                     &pair.teeth[j],
                     phi_tooth,
                     (&driver, &follower),
-                    design.section.flank_radius,
+                    &design.section_of(pair),
                 )
                 .ok_or_else(|| missing(phi, k))?;
                 (contact.pair, contact.tooth) = (k, j);
@@ -143,7 +148,7 @@ fn contact(
     tooth: &ToothPair,
     phi: f64,
     (driver, follower): (&MotionState, &MotionState),
-    flank_radius: f64,
+    section: &Section,
 ) -> Option<Contact> {
     let count = tooth.stations.len();
     if count < WINDOW {
@@ -175,6 +180,7 @@ fn contact(
     // The flank is a circle of the flank radius swept along the contact curve in the plane across
     // it. Along the curve it bends with p″·m, across with 1/r, twisted by b′·m; m is the normal
     // into the material, towards which a convex flank bends.
+    let on_tangents = |v: Vector3<f64>| Vector2::from(tangents.map(|e| v.dot(&e)));
     let curvature = |gear: Gear, state: &MotionState| {
         let frame = |i: usize| stations[i].frame(gear);
         let m = blend(0, &|i| frame(i).1).normalize();
@@ -185,22 +191,22 @@ fn contact(
         let b = m.cross(&t);
         let along = acceleration.dot(&m) / speed.norm_squared();
         let twist = -b.dot(&turn) / speed.norm();
-        let (t, b) = (state.pose.rotation * t, state.pose.rotation * b);
-        let turn = Matrix2::new(
-            t.dot(&tangents[0]),
-            t.dot(&tangents[1]),
-            b.dot(&tangents[0]),
-            b.dot(&tangents[1]),
-        );
-        turn.transpose() * Matrix2::new(along, twist, twist, 1.0 / flank_radius) * turn
+        let [t, b] = [t, b].map(|v| on_tangents(state.pose.rotation * v));
+        let turn = Matrix2::from_rows(&[t.transpose(), b.transpose()]);
+        let own = Matrix2::new(along, twist, twist, 1.0 / section.flank_radius);
+        (turn.transpose() * own * turn, b)
     };
+    let (driver_curvature, driver_across) = curvature(Gear::Driver, driver);
+    let (follower_curvature, follower_across) = curvature(Gear::Follower, follower);
     Some(Contact {
         pair: 0,
         tooth: 0,
         p,
         n,
         tangents,
-        driver_curvature: curvature(Gear::Driver, driver),
-        follower_curvature: curvature(Gear::Follower, follower),
+        across: [driver_across, follower_across],
+        flank_height: section::flank_height(section),
+        driver_curvature,
+        follower_curvature,
     })
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::Material;
 use super::contacts::Contact;
@@ -34,10 +34,38 @@ pub fn relative_curvatures(contact: &Contact) -> [f64; 2] {
     [mean - spread, mean + spread]
 }
 
-/// Force, N, at which a point contact reaches the pressure `allowed` (MPa); otherwise as [`patch`].
-/// The pressure grows with the cube root of the force.
-pub fn force_at(curvatures: [f64; 2], allowed: f64, modulus: f64) -> Option<f64> {
-    patch(curvatures, 1.0, modulus).map(|one| (allowed / one.pressure).powi(3))
+/// What a point contact bears, N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bearable {
+    /// Until the pressure is as large as allowed.
+    pub by_pressure: f64,
+    /// Until the patch reaches the end of a flank.
+    pub by_patch: f64,
+}
+
+/// What `contact` bears with the pressure `allowed` (MPa) and effective modulus `modulus` (MPa); `None` as
+/// for [`patch`]. Pressure and patch grow with the cube root of the force.
+pub fn bearable(contact: &Contact, allowed: f64, modulus: f64) -> Option<Bearable> {
+    let one = patch(relative_curvatures(contact), 1.0, modulus)?;
+    // Half of the patch's height across a tooth: it is longest where the curvature is least.
+    let long = longest(contact);
+    let height = |across: &Vector2<f64>| {
+        let along = across.dot(&long);
+        (one.a * along).hypot(one.b * across.perp(&long))
+    };
+    let [driver, follower] = contact.across.each_ref().map(height);
+    Some(Bearable {
+        by_pressure: (allowed / one.pressure).powi(3),
+        by_patch: (contact.flank_height / driver.max(follower)).powi(3),
+    })
+}
+
+/// The direction, on the contact's tangents, in which the gap opens least.
+fn longest(contact: &Contact) -> Vector2<f64> {
+    let sum = contact.driver_curvature + contact.follower_curvature;
+    let twice = (sum[(0, 1)] + sum[(1, 0)]).atan2(sum[(0, 0)] - sum[(1, 1)]);
+    let (sin, cos) = (0.5 * twice).sin_cos();
+    Vector2::new(-sin, cos)
 }
 
 /// Patch of a contact with relative principal curvatures `curvatures` (1/mm) under `force` (N) and

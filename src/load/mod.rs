@@ -37,6 +37,8 @@ pub enum PayloadLimit {
     Force,
     /// The Hertz pressure that the weaker material bears.
     Pressure,
+    /// The contact patch, which would grow over the end of a flank.
+    Patch,
 }
 
 impl std::fmt::Display for PayloadLimit {
@@ -44,6 +46,7 @@ impl std::fmt::Display for PayloadLimit {
         f.write_str(match self {
             PayloadLimit::Force => "the contact force limit",
             PayloadLimit::Pressure => "the contact pressure that the material bears",
+            PayloadLimit::Patch => "the contact patch, which reaches the edge of a flank",
         })
     }
 }
@@ -264,25 +267,28 @@ fn payload(
 ) -> (Option<f64>, Option<PayloadLimit>) {
     let limit = load.force_limit_n;
     let allowed = load.pressure_allowed();
-    // What each contact bears, as a share of the force limit.
-    let shares: Vec<f64> = at
-        .contacts
-        .iter()
-        .map(|c| hertz::force_at(hertz::relative_curvatures(c), allowed, modulus))
-        .map(|force| force.map_or(1.0, |f| (f / limit).min(1.0)))
+    let contacts = at.contacts.iter();
+    let bearable: Vec<_> = contacts
+        .map(|c| hertz::bearable(c, allowed, modulus))
         .collect();
     // Forces are counted in shares of what their contact bears.
-    let weaker: Vec<DVector<f64>> = columns.iter().zip(&shares).map(|(c, s)| c * *s).collect();
-    let largest =
-        |columns: &[DVector<f64>]| forces::largest_payload(columns, wrenches, lengths, limit);
-    let (by_force, by_both) = (largest(columns), largest(&weaker));
-    let governs = match (by_force, by_both) {
-        (_, Some(kg)) if kg.is_infinite() => None,
-        (Some(force), Some(both)) if both >= force * (1.0 - 1e-6) => Some(PayloadLimit::Force),
-        (None, _) => Some(PayloadLimit::Force),
-        _ => Some(PayloadLimit::Pressure),
+    let largest = |bears: &dyn Fn(hertz::Bearable) -> f64| {
+        let share = |b: &Option<hertz::Bearable>| b.map_or(1.0, |b| (bears(b) / limit).min(1.0));
+        let weaker = columns.iter().zip(&bearable).map(|(c, b)| c * share(b));
+        forces::largest_payload(&weaker.collect::<Vec<_>>(), wrenches, lengths, limit)
     };
-    (by_both, governs)
+    let by_force = largest(&|_| limit);
+    let by_pressure = largest(&|b| b.by_pressure);
+    let by_all = largest(&|b| b.by_pressure.min(b.by_patch));
+    let kept =
+        |more: Option<f64>| matches!((more, by_all), (Some(m), Some(a)) if a >= m * (1.0 - 1e-6));
+    let governs = match by_all {
+        Some(kg) if kg.is_infinite() => None,
+        _ if by_force.is_none() || kept(by_force) => Some(PayloadLimit::Force),
+        _ if by_pressure.is_none() || kept(by_pressure) => Some(PayloadLimit::Pressure),
+        _ => Some(PayloadLimit::Patch),
+    };
+    (by_all, governs)
 }
 
 fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {

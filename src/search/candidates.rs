@@ -12,8 +12,9 @@ use super::swept::Swept;
 use crate::closure::{Wrench, wrench};
 use crate::contact::Grid;
 use crate::design::Gear;
+use crate::flank;
 use crate::motion::{Class, Motion};
-use crate::settings::{PairCount, Settings};
+use crate::settings::{FlankRadius, PairCount, Settings};
 use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch};
 
 /// Everything a candidate is judged by; built once per search.
@@ -56,12 +57,17 @@ impl Workshop {
         let grid = Grid::new(motion, &settings.gear, STEPS);
         let scale = settings.gear.center_distance_mm / 25.0;
         let thickness = settings.gear.tooth_thickness_mm;
+        let bead_radius = 0.5 * thickness;
         let margins = Margins {
             gap: 0.5 * scale,
-            curvature: 0.004 / scale,
+            curvature: flank::least_curvature(settings),
             tangent: 1.5 * scale,
             spacing: thickness + settings.fit.safety_gap_mm + 0.2 * scale,
-            bead_radius: (0.5 * thickness).max(settings.gear.flank_radius_mm),
+            bead_radius,
+            flank_radius: match settings.gear.flank_radius_mm {
+                FlankRadius::Fixed(radius) => radius.max(bead_radius),
+                FlankRadius::Auto(_) => bead_radius,
+            },
         };
         // Stations of tooth j inside its own subinterval (the rest of the interval is overlap).
         let share = 0.5 / settings.gear.contact_ratio;

@@ -78,7 +78,7 @@ impl Scene {
             .collect();
         let (t, r) = (
             settings.gear.tooth_thickness_mm,
-            settings.gear.flank_radius_mm,
+            settings.gear.bead_radius(),
         );
         let bead_depths = if t > 2.0 * r + 1e-9 {
             vec![r, t - r]

@@ -1,6 +1,6 @@
 //! Which values make sense, alone and together.
 
-use super::{PairCount, Settings};
+use super::{FLATTEST, FlankRadius, PairCount, Settings};
 use crate::Problem;
 use crate::motion::Class;
 
@@ -72,7 +72,9 @@ impl Settings {
             0.2,
             20.0,
         );
-        c.range("gear.flank_radius_mm", gear.flank_radius_mm, 0.05, 10.0);
+        if let FlankRadius::Fixed(radius) = gear.flank_radius_mm {
+            c.range("gear.flank_radius_mm", radius, 0.05, FLATTEST);
+        }
         c.range("gear.tip_mm", gear.tip_mm, 0.0, 10.0);
         c.range("gear.root_mm", gear.root_mm, 0.0, 20.0);
         c.range("gear.minimum_wall_mm", gear.minimum_wall_mm, 0.05, 10.0);
@@ -159,22 +161,14 @@ impl Settings {
         }
         let thickness = gear.tooth_thickness_mm;
         c.holds(
-            "gear.flank_radius_mm",
-            gear.flank_radius_mm > thickness / 2.0,
-            format!(
-                "is {}, more than half of tooth_thickness_mm = {thickness}",
-                gear.flank_radius_mm
-            ),
-            "the two flanks of a tooth would cross; make the tooth thicker or the radius smaller",
-        );
-        c.holds(
             "gear.tip_mm",
-            gear.tip_mm > gear.flank_radius_mm,
+            gear.tip_mm > gear.bead_radius(),
             format!(
-                "is {}, more than flank_radius_mm = {}",
-                gear.tip_mm, gear.flank_radius_mm
+                "is {}, more than the radius of the bead: half of tooth_thickness_mm = {thickness}, or \
+                 flank_radius_mm where that is less",
+                gear.tip_mm
             ),
-            "the tip is part of the rounded flank",
+            "a lower tip, or thicker teeth",
         );
         c.holds(
             "gear.minimum_wall_mm",

@@ -157,12 +157,13 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Solid> {
     let foot = layout::rib_foot(design, gear);
     let mut solids = Vec::new();
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
+        let section = design.section_of(pair);
         for (j, tooth) in pair.teeth.iter().enumerate() {
             let place =
                 format!("{gear:?} tooth {} of sub-gear pair {}", j + 1, k + 1).to_lowercase();
             let frames = sweep::frames(tooth, gear, axis);
-            let bead = sweep::tooth(&frames, &design.section, &place)?;
-            let wall = rib::rib(&frames, &design.section, (axis, foot), &place)?;
+            let bead = sweep::tooth(&frames, &section, &place)?;
+            let wall = rib::rib(&frames, &section, (axis, foot), &place)?;
             solids.push(Solid::new(&bead, &place)?.union_resolved(&Solid::new(&wall, &place)?));
         }
     }

@@ -161,6 +161,7 @@ mod tests {
                 .collect(),
         };
         let pair = |z: f64| SubGearPair {
+            flank_radius: None,
             parameters: Vec::new(),
             teeth: vec![tooth(0.0, z), tooth(8.0, z)],
         };

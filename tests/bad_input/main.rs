@@ -195,12 +195,16 @@ fn settings_out_of_range() {
         &["gear.tooth_thickness_mm", "is 0"],
     );
     gear(
-        "flank_radius_mm = 1.5",
-        &["more than half of tooth_thickness_mm"],
+        "flank_radius_mm = 30",
+        &["gear.flank_radius_mm", "is 30, allowed 0.05 to 25"],
+    );
+    gear(
+        "flank_radius_mm = \"flat\"",
+        &["gear.flank_radius_mm", "expected \"auto\" or a number"],
     );
     gear(
         "flank_radius_mm = 0.5\ntip_mm = 0.9",
-        &["gear.tip_mm", "more than flank_radius_mm"],
+        &["gear.tip_mm", "flank_radius_mm where that is less"],
     );
     gear(
         "sub_gear_pairs = 1",

@@ -58,7 +58,7 @@ def parameters_change_what_they_name(document):
     edit(document, "Params", "driver_hub_radius", radius)
     assert same(volumes(document)["Driver"], before["Driver"], 1e-3)
     edit(document, "ToothParams", "clearance", 0.5)
-    box = document.ToothSection.Shape.BoundBox
+    box = document.ToothSection1.Shape.BoundBox
     assert same(box.XMin, 0.25, 1e-6) and same(box.XLength, 1.8, 1e-6), box
     edit(document, "ToothParams", "clearance", 0.1)
     assert same(volumes(document)["Driver"], before["Driver"], 1e-3)

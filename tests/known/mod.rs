@@ -58,6 +58,7 @@ pub fn band(motion: &Motion, law: Law) -> SubGearPair {
         })
         .collect();
     SubGearPair {
+        flank_radius: None,
         parameters: Vec::new(),
         teeth,
     }

@@ -34,7 +34,13 @@ pub struct Bench {
 impl Bench {
     /// A bench of its own for each test, which is known by `name`.
     pub fn new(class: Class, name: &str) -> Bench {
+        Bench::with(class, name, |_| {})
+    }
+
+    /// The same of a design that is changed first.
+    pub fn with(class: Class, name: &str, change: impl FnOnce(&mut Design)) -> Bench {
         let (mut design, motion) = synthetic::uniform(class);
+        change(&mut design);
         for pair in &mut design.sub_gear_pairs {
             pair.teeth.truncate(TEETH);
         }
@@ -188,6 +194,12 @@ impl Bench {
             eprintln!("{} = {value}", p.name);
             self.agrees(&p.name, value, &changed);
         }
+    }
+
+    /// The flanks of sub-gear pair `k`, from 0.
+    pub fn flank_agrees(&self, k: usize, radius: f64) {
+        let changed = self.rebuilt(|d| d.sub_gear_pairs[k].flank_radius = Some(radius));
+        self.agrees(&format!("flank_radius_{}", k + 1), radius, &changed);
     }
 
     pub fn section_agrees(&self, name: &str, value: f64, change: impl FnOnce(&mut Section)) {

@@ -53,6 +53,7 @@ fn with_motion(class: Class, source: MotionSource, motion: &Motion) -> Design {
     let sub_gear_pairs = bands
         .iter()
         .map(|&band| SubGearPair {
+            flank_radius: None,
             parameters: Vec::new(),
             teeth: (0..gear.teeth)
                 .map(|j| tooth(motion, &settings, band, j))

@@ -6,9 +6,6 @@ import ast
 SECTION_ROWS = [
     ("thickness", "Tooth thickness along the contact normal",
      "changes the gap behind the tooth: run 'Check clearance here' after it"),
-    ("flank_radius", "Radius of the flank at the contact",
-     "BREAKS CONJUGATION when larger: flanks may meet beside the contact; "
-     "a round tip (tip = radius = thickness / 2) follows the thickness instead"),
     ("tip", "Tooth height beyond the contact point",
      "a lower tip is harmless; drives the section only where the tip is flat"),
     ("root", "Depth of the section behind the contact point",
@@ -20,6 +17,10 @@ SECTION_ROWS = [
      "equal to the rib's for straight spokes, larger for tapered ones; harmless while thinner than "
      "the tooth"),
 ]
+
+# The tooth's section as mpcgear's meshes have it: what of a flat flank is no edge (rad), the sharpest
+# edge and the narrowest tip between edges (mm).
+FLANK, SHARPEST, NARROWEST = 0.15, 0.2, 0.1
 
 
 def build_parameters(document, design):
@@ -43,10 +44,56 @@ def build_parameters(document, design):
         value = design["section"]["rib" if alias == "rib_foot" else alias]
         limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
         write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
-    sheet.set("A%d" % (len(SECTION_ROWS) + 3), "The curves of the teeth are the result of the "
+    row = len(SECTION_ROWS) + 2
+    for k, section in enumerate(tooth_sections(design), 1):
+        row = write_flank(sheet, row, k, section)
+    sheet.set("A%d" % (row + 1), "The curves of the teeth are the result of the "
               "search and do not change here: run mpcgear again for another motion.")
     document.recompute()
     return {p["name"] for p in design["recipe"]["parameters"]}
+
+
+def tooth_sections(design):
+    """The section of the teeth of every sub-gear pair."""
+    common = design["section"]
+    radii = [pair.get("flank_radius", common["flank_radius"]) for pair in design["sub_gear_pairs"]]
+    return [dict(common, flank_radius=radius) for radius in radii]
+
+
+def edge_radius(section, height):
+    """Radius of the edge between a flat flank and the end of the section `height` above or below the
+    contact; 0 where the flank is no flatter than a round bead's."""
+    radius, half = section["flank_radius"], (section["thickness"] - NARROWEST) / 2
+    if radius <= max(section["thickness"] / 2, height):
+        return 0.0
+    rest = (height - FLANK * radius) / (1 - FLANK)
+    widest = (half * (2 * radius - half) - height ** 2) / (2 * (radius - height))
+    return min(max(min(max(rest, SHARPEST), widest), 0.0), height)
+
+
+def write_flank(sheet, row, k, section):
+    """Rows of the flanks of sub-gear pair `k`, and of the edges that follow from them; returns the
+    next row."""
+    radius, flattest = "flank_radius_%d" % k, section["flank_radius"]
+    is_flat = flattest > section["thickness"] / 2
+    words = "Radius of the flanks of sub-gear pair %d; BREAKS CONJUGATION when larger: flanks may meet " \
+            "beside the contact; " % k
+    words += "a smaller one keeps the contact but carries less" if is_flat else \
+             "a round tip (tip = radius = thickness / 2) follows the thickness instead"
+    least = 1.05 * max(section["thickness"] / 2, section["tip"]) if is_flat else 0.0
+    write_parameter(sheet, row, radius, flattest, (min(least, flattest), flattest), words)
+    for name, height, most in (("tip_edge", "tip", None), ("root_edge", "root", "(thickness - rib) / 2")):
+        if edge_radius(section, section[height]) > 0.0:
+            row += 1
+            half = "(thickness - %s mm) / 2" % number(NARROWEST)
+            rest = "({0} - {1} * {2}) / {3}".format(height, number(FLANK), radius, number(1 - FLANK))
+            widest = "({0} * (2 * {1} - {0}) - {2} * {2}) / (2 * max({1} - {2}; 0.001 mm))".format(
+                half, radius, height)
+            formula = "max(min(max(%s; %s mm); %s; %s); 0.01 mm)" % (
+                rest, number(SHARPEST), widest, most or height)
+            write_formula(sheet, row, "%s_%d" % (name, k), formula,
+                          "Radius of the edges between flank and %s" % height)
+    return row + 1
 
 
 def new_sheet(document, name):
