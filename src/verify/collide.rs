@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::kept::{self, Images};
 use super::tree::{Node, Tree};
 use super::triangle::{Closest, Triangle};
 use crate::motion::Pose;
@@ -26,6 +27,8 @@ pub(super) struct Placed<'a> {
     pose: Pose,
     /// |rotation|, for the extents of turned boxes.
     turned: Matrix3<f64>,
+    /// Images of both on what their motion keeps.
+    images: Option<(&'a Images, &'a Images)>,
 }
 
 /// First-and-second-order motion of `second` in the frame of `first` around one phase: the point at
@@ -93,7 +96,19 @@ impl<'a> Placed<'a> {
             second,
             pose,
             turned: pose.rotation.abs(),
+            images: None,
         }
+    }
+
+    /// The same, knowing the `images` of both on what their motion against each other keeps.
+    pub fn keeping(self, images: Option<(&'a Images, &'a Images)>) -> Placed<'a> {
+        Placed { images, ..self }
+    }
+
+    /// Distance that two nodes keep, at every phase.
+    fn kept(&self, i: usize, j: usize) -> f64 {
+        self.images
+            .map_or(0.0, |(a, b)| kept::apart(&a.nodes[i], &b.nodes[j]))
     }
 
     /// A place of the two surfaces closer than `within` that no other place undercuts by more than
@@ -109,7 +124,7 @@ impl<'a> Placed<'a> {
             self.offer(pair, &self.second_triangle(pair.1), &mut search);
         }
         if let (Some(a), Some(b)) = (self.first.nodes.first(), self.second.nodes.first()) {
-            self.descend(0, 0, self.gap(a, b), &mut search);
+            self.descend(0, 0, self.gap(a, b).max(self.kept(0, 0)), &mut search);
         }
         search.best
     }
@@ -135,6 +150,9 @@ impl<'a> Placed<'a> {
             let (Some(a), Some(b)) = (self.first.nodes.get(i), self.second.nodes.get(j)) else {
                 continue;
             };
+            if self.kept(i, j) > floor {
+                continue;
+            }
             let centre = self.pose.apply(b.centre);
             let extent = self.turned * b.half;
             // Along the whole gap, or along its largest component alone: faces that slide over each
@@ -159,10 +177,9 @@ impl<'a> Placed<'a> {
                     for l in self.second.leaf(b) {
                         let other = self.second_triangle(l);
                         doubtful.extend(
-                            self.first
-                                .leaf(a)
-                                .map(|k| (k, l))
-                                .filter(|&(k, _)| !self.clear(k, &other, (drift, half, floor))),
+                            self.first.leaf(a).map(|k| (k, l)).filter(|&(k, l)| {
+                                !self.clear((k, l), &other, (drift, half, floor))
+                            }),
                         );
                     }
                 }
@@ -186,7 +203,7 @@ impl<'a> Placed<'a> {
         pairs
             .iter()
             .copied()
-            .filter(|&(k, l)| !self.clear(k, &self.second_triangle(l), (drift, half, floor)))
+            .filter(|&(k, l)| !self.clear((k, l), &self.second_triangle(l), (drift, half, floor)))
             .collect()
     }
 
@@ -195,7 +212,17 @@ impl<'a> Placed<'a> {
         self.first.triangles[k].closest(&self.second_triangle(l), f64::INFINITY)
     }
 
-    fn clear(&self, k: usize, other: &Triangle, (drift, half, floor): (&Drift, f64, f64)) -> bool {
+    fn clear(
+        &self,
+        (k, l): (usize, usize),
+        other: &Triangle,
+        (drift, half, floor): (&Drift, f64, f64),
+    ) -> bool {
+        let keeps =
+            |(a, b): (&Images, &Images)| kept::apart(&a.triangles[k], &b.triangles[l]) > floor;
+        if self.images.is_some_and(keeps) {
+            return true;
+        }
         let this = &self.first.triangles[k];
         // Separation along either triangle's plane is the cheap proof, along the line of closest
         // points the sharp one. Comparisons are written so that NaN is not clear.
@@ -270,8 +297,10 @@ impl<'a> Placed<'a> {
         } else {
             [(i, j + 1), (i, b.first as usize)]
         };
-        let distances =
-            children.map(|(i, j)| self.gap(&self.first.nodes[i], &self.second.nodes[j]));
+        let distances = children.map(|(i, j)| {
+            let gap = self.gap(&self.first.nodes[i], &self.second.nodes[j]);
+            gap.max(self.kept(i, j))
+        });
         let order = if distances[1] < distances[0] {
             [1, 0]
         } else {

@@ -12,6 +12,7 @@ mod failure;
 mod hold;
 mod insertion;
 mod joints;
+mod kept;
 mod mechanism;
 pub mod mesh;
 mod overlap;

@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::collide::{Near, Placed, TOUCH};
+use super::kept::{Images, Kept};
 use super::mechanism::Mechanism;
 use super::tree::Tree;
+use crate::motion::Pose;
 use crate::solid::Mesh;
 use crate::solid::assembly::{Carrier, SolidBody};
 use crate::solid::kernel::Solid;
@@ -112,6 +114,7 @@ pub(super) fn apart(
     settings: &OverlapSettings,
 ) -> PairProof {
     let carriers = (first.body.carrier, second.body.carrier);
+    let kept = Kept::by(carriers, mechanism);
     let walk = Walk {
         trees: (&first.tree, &second.tree),
         carriers,
@@ -119,6 +122,7 @@ pub(super) fn apart(
         remainder: mechanism.remainder(carriers),
         step: TAU / settings.steps as f64,
         floor: settings.floor.max(TOUCH),
+        images: kept.map(|kept| [first, second].map(|part| kept.images(&part.tree))),
     };
     let starts: Vec<usize> = (0..settings.steps).step_by(RUN).collect();
     let stretches: Vec<Stretch> = starts
@@ -190,6 +194,8 @@ struct Walk<'a> {
     remainder: (f64, f64),
     step: f64,
     floor: f64,
+    /// Of both bodies, on what their motion keeps.
+    images: Option<[Images; 2]>,
 }
 
 /// What was found on a stretch of the turn.
@@ -201,6 +207,11 @@ struct Stretch {
 }
 
 impl Walk<'_> {
+    fn placed(&self, pose: Pose) -> Placed<'_> {
+        let images = self.images.as_ref().map(|[a, b]| (a, b));
+        Placed::new(self.trees.0, self.trees.1, pose).keeping(images)
+    }
+
     /// Walks from step `from` to step `to` in strides as long as the gap can be bounded over them:
     /// above the demanded one, and not much below the smallest seen.
     fn stretch(&self, from: usize, to: usize) -> Stretch {
@@ -211,7 +222,7 @@ impl Walk<'_> {
             let half = 0.5 * stride as f64 * self.step;
             let phi = at as f64 * self.step + half;
             let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
-            let placed = Placed::new(self.trees.0, self.trees.1, pose);
+            let placed = self.placed(pose);
             let Some(near) = placed.nearest(f64::INFINITY, SLACK, hint) else {
                 // Only a body without surface gets here; nothing is proven about it.
                 found.doubts.push(Place {
@@ -262,7 +273,8 @@ impl Walk<'_> {
     fn between(&self, phi: f64, half: f64, pairs: Vec<(usize, usize)>) -> Option<Place> {
         let shortest = half / f64::from(1 << HALVINGS);
         let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
-        let left = Placed::new(self.trees.0, self.trees.1, pose)
+        let left = self
+            .placed(pose)
             .still_doubtful(&pairs, (&drift, half, self.floor));
         let mut work = vec![(phi, half, left)];
         while let Some((phi, half, pairs)) = work.pop() {
@@ -271,14 +283,14 @@ impl Walk<'_> {
             };
             if half < 1.5 * shortest {
                 let (pose, _) = self.mechanism.seen(self.carriers, phi, self.remainder);
-                let placed = Placed::new(self.trees.0, self.trees.1, pose);
+                let placed = self.placed(pose);
                 let at = placed.pair(doubt).map_or(Vector3::zeros(), |c| c.p);
                 return Some(self.place(phi, at));
             }
             let half = half / 2.0;
             for phi in [phi + half, phi - half] {
                 let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
-                let placed = Placed::new(self.trees.0, self.trees.1, pose);
+                let placed = self.placed(pose);
                 work.push((
                     phi,
                     half,
@@ -292,7 +304,8 @@ impl Walk<'_> {
     /// The exact smallest gap at the phase of `near`.
     fn sharpen(&self, phi: f64, near: Near) -> (f64, Place) {
         let (pose, _) = self.mechanism.seen(self.carriers, phi, self.remainder);
-        let closest = Placed::new(self.trees.0, self.trees.1, pose)
+        let closest = self
+            .placed(pose)
             .nearest(near.closest.distance, 0.0, Some(near.pair))
             .map_or(near.closest, |n| n.closest);
         let gap = if closest.distance <= TOUCH {
