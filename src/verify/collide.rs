@@ -130,8 +130,47 @@ impl<'a> Placed<'a> {
     }
 
     /// Whether the surfaces touch.
-    pub fn touch(&self, hint: Option<(usize, usize)>) -> Option<Near> {
-        self.nearest(TOUCH, 0.0, hint)
+    pub fn touch(&self) -> bool {
+        self.nearest(TOUCH, 0.0, None).is_some()
+    }
+
+    /// All pairs nearer than `reach` allows for nodes of the second body.
+    pub fn within(&self, reach: impl Fn(&Node) -> f64) -> Vec<Near> {
+        let mut near = Vec::new();
+        let mut stack = vec![(0usize, 0usize)];
+        while let Some((i, j)) = stack.pop() {
+            let (Some(a), Some(b)) = (self.first.nodes.get(i), self.second.nodes.get(j)) else {
+                continue;
+            };
+            let within = reach(b);
+            if self.gap(a, b) >= within {
+                continue;
+            }
+            if a.is_leaf() && b.is_leaf() {
+                for l in self.second.leaf(b) {
+                    let other = self.second_triangle(l);
+                    near.extend(self.first.leaf(a).filter_map(|k| {
+                        let closest = self.first.triangles[k].closest(&other, within)?;
+                        Some(Near {
+                            closest,
+                            pair: (k, l),
+                        })
+                    }));
+                }
+                continue;
+            }
+            stack.extend(self.children((i, j), (a, b)));
+        }
+        near
+    }
+
+    /// What stands under two nodes, of which one at least is no leaf: the larger is opened.
+    fn children(&self, (i, j): (usize, usize), (a, b): (&Node, &Node)) -> [(usize, usize); 2] {
+        let larger = a.half.norm_squared() > b.half.norm_squared();
+        match b.is_leaf() || !a.is_leaf() && larger {
+            true => [(i + 1, j), (a.first as usize, j)],
+            false => [(i, j + 1), (i, b.first as usize)],
+        }
     }
 
     /// Pairs that may come closer than `floor` within ±`half` of this phase, at most about `enough` of
@@ -172,23 +211,15 @@ impl<'a> Placed<'a> {
             if apart {
                 continue;
             }
-            match (a.is_leaf(), b.is_leaf()) {
-                (true, true) => {
-                    for l in self.second.leaf(b) {
-                        let other = self.second_triangle(l);
-                        doubtful.extend(
-                            self.first.leaf(a).map(|k| (k, l)).filter(|&(k, l)| {
-                                !self.clear((k, l), &other, (drift, half, floor))
-                            }),
-                        );
-                    }
-                }
-                (false, true) => stack.extend([(i + 1, j), (a.first as usize, j)]),
-                (true, false) => stack.extend([(i, j + 1), (i, b.first as usize)]),
-                (false, false) if a.half.norm_squared() > b.half.norm_squared() => {
-                    stack.extend([(i + 1, j), (a.first as usize, j)]);
-                }
-                (false, false) => stack.extend([(i, j + 1), (i, b.first as usize)]),
+            if !(a.is_leaf() && b.is_leaf()) {
+                stack.extend(self.children((i, j), (a, b)));
+                continue;
+            }
+            for l in self.second.leaf(b) {
+                let other = self.second_triangle(l);
+                let pairs = self.first.leaf(a).map(|k| (k, l));
+                doubtful
+                    .extend(pairs.filter(|&pair| !self.clear(pair, &other, (drift, half, floor))));
             }
         }
         doubtful
@@ -242,11 +273,7 @@ impl<'a> Placed<'a> {
     }
 
     fn second_triangle(&self, l: usize) -> Triangle {
-        let t = &self.second.triangles[l];
-        Triangle {
-            corners: t.corners.map(|v| self.pose.apply(v)),
-            normal: self.pose.rotation * t.normal,
-        }
+        self.second.triangles[l].moved(&self.pose)
     }
 
     /// Lower bound of the distance of two boxes.
@@ -290,13 +317,7 @@ impl<'a> Placed<'a> {
             }
             return;
         }
-        let first_side =
-            b.is_leaf() || !a.is_leaf() && a.half.norm_squared() > b.half.norm_squared();
-        let children = if first_side {
-            [(i + 1, j), (a.first as usize, j)]
-        } else {
-            [(i, j + 1), (i, b.first as usize)]
-        };
+        let children = self.children((i, j), (a, b));
         let distances = children.map(|(i, j)| {
             let gap = self.gap(&self.first.nodes[i], &self.second.nodes[j]);
             gap.max(self.kept(i, j))

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::collide::Placed;
 use super::mechanism::Mechanism;
 use super::overlap::Part;
+use super::play::{Facing, Screw};
 use crate::motion::{Class, Pose};
 use crate::solid::assembly::Carrier;
 
@@ -42,26 +43,29 @@ pub fn directions(class: Class, count: usize) -> Vec<DVector<f64>> {
     all
 }
 
-/// The rigid displacement of Σ by `u` in span(U) of `class`, turning about the joint centre.
-pub fn displacement(class: Class, u: &DVector<f64>, centre: Vector3<f64>) -> Pose {
+/// Shift (mm) and turn (rad) of `u` in span(U) of `class`.
+fn parts(class: Class, u: &DVector<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let (linear, angular) = match class {
-        Class::R1 => (0.0, Vector3::new(0.0, 0.0, u[0])),
-        Class::R1T1 => (u[0], Vector3::new(0.0, 0.0, u[1])),
+        Class::R1 => (0.0, Vector3::z() * u[0]),
+        Class::R1T1 => (u[0], Vector3::z() * u[1]),
         Class::R3 => (0.0, Vector3::new(u[0], u[1], u[2])),
         Class::R3T1 => (u[0], Vector3::new(u[1], u[2], u[3])),
     };
+    (Vector3::z() * linear, angular)
+}
+
+/// The rigid displacement of Σ by `u` in span(U) of `class`, turning about the joint centre.
+pub fn displacement(class: Class, u: &DVector<f64>, centre: Vector3<f64>) -> Pose {
+    let (linear, angular) = parts(class, u);
     let rotation = Rotation3::new(angular).into_inner();
     Pose {
         rotation,
-        translation: centre - rotation * centre + Vector3::new(0.0, 0.0, linear),
+        translation: centre - rotation * centre + linear,
     }
 }
 
 /// Longest step on the way to a displacement, mm at the centre distance from the joint.
 const WAY: f64 = 0.5;
-
-/// The play is found to this share of the way that is looked at.
-const PRECISION: f64 = 1e-4;
 
 /// Driver and follower, and the displacements between them.
 pub(super) struct Held<'a> {
@@ -96,56 +100,41 @@ impl Held<'_> {
     /// Whether the follower hits the driver somewhere on its way to the displacement `u`·`size`. The
     /// steps are too short for one tooth to pass through another unseen.
     fn stopped(&self, phi: f64, u: &DVector<f64>, size: f64) -> bool {
-        let class = self.mechanism.motion.class();
-        let (linear, angular) = match class {
-            Class::R1 | Class::R3 => (0.0, u.norm()),
-            Class::R1T1 | Class::R3T1 => (u[0].abs(), u.rows(1, u.len() - 1).norm()),
-        };
-        let way = size * (linear + angular * self.mechanism.center_distance);
+        let (linear, angular) = parts(self.mechanism.motion.class(), u);
+        let way = size * (linear.norm() + angular.norm() * self.mechanism.center_distance);
         let steps = (way / WAY).ceil().clamp(1.0, 1000.0) as u32;
         (1..=steps).rev().any(|i| {
             let at = u * (size * f64::from(i) / f64::from(steps));
-            self.hit(phi, &at, None).is_some()
+            self.hit(phi, &at)
         })
     }
 
     /// How far the follower moves from its pose along each direction before it touches the driver,
     /// in units of `u` (rad, or mm and rad mixed); `None` when it is free up to `limit`.
     pub fn play(&self, phi: f64, directions: &[DVector<f64>], limit: f64) -> Vec<Option<f64>> {
-        directions
-            .par_iter()
-            .map(|u| {
-                // What stopped it further on most likely stops it here.
-                let mut stop = None;
-                let mut hits = |s: f64| {
-                    let hit = self.hit(phi, &(u * s), stop);
-                    stop = hit.or(stop);
-                    hit.is_some()
-                };
-                let steps = 16;
-                let at = |i: i32| limit * f64::from(i) / f64::from(steps);
-                let first = (0..=steps).find(|&i| hits(at(i)))?;
-                let (mut free, mut hit) = (at(first - 1).max(0.0), at(first));
-                while hit - free > limit * PRECISION {
-                    let middle = (free + hit) / 2.0;
-                    if hits(middle) {
-                        hit = middle;
-                    } else {
-                        free = middle;
-                    }
-                }
-                Some(free)
-            })
-            .collect()
+        let mechanism = &self.mechanism;
+        let driver = mechanism.pose(Carrier::Driver, phi);
+        let centre = driver.inverse_apply(mechanism.motion.joint_centre(phi));
+        let back = driver.rotation.transpose();
+        let screws = directions.iter().map(|u| {
+            let (linear, angular) = parts(mechanism.motion.class(), u);
+            Screw {
+                centre,
+                linear: back * linear,
+                angular: back * angular,
+            }
+        });
+        let facing = Facing {
+            first: &self.driver.tree,
+            second: &self.follower.tree,
+            pose: driver.inverse_mul(&mechanism.pose(Carrier::Follower, phi)),
+            lever: mechanism.center_distance,
+        };
+        facing.ways(&screws.collect::<Vec<_>>(), limit)
     }
 
-    /// Triangles that meet at the displacement `u`; `hint` is a pair that met at another one.
-    fn hit(
-        &self,
-        phi: f64,
-        u: &DVector<f64>,
-        hint: Option<(usize, usize)>,
-    ) -> Option<(usize, usize)> {
+    /// Whether they meet at the displacement `u`.
+    fn hit(&self, phi: f64, u: &DVector<f64>) -> bool {
         let motion = self.mechanism.motion;
         let moved = displacement(motion.class(), u, motion.joint_centre(phi));
         let follower = self.mechanism.pose(Carrier::Follower, phi);
@@ -157,8 +146,6 @@ impl Held<'_> {
             .mechanism
             .pose(Carrier::Driver, phi)
             .inverse_mul(&follower);
-        Placed::new(&self.driver.tree, &self.follower.tree, pose)
-            .touch(hint)
-            .map(|near| near.pair)
+        Placed::new(&self.driver.tree, &self.follower.tree, pose).touch()
     }
 }

@@ -356,7 +356,7 @@ impl<'a> Way<'a> {
             (0..=LOOKS).find_map(|i| {
                 let s = SEAT + length * (f64::from(i) / f64::from(LOOKS)).powi(2);
                 let at = Placed::new(p.tree, m.tree, self.seen(m, p, lift + self.back * s));
-                let touches = at.touch(None).is_some();
+                let touches = at.touch();
                 touches.then_some(Blocked {
                     by: p.name,
                     before: s,

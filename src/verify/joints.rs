@@ -9,6 +9,7 @@ use super::claim::{Claim, Spot};
 use super::collide::Placed;
 use super::escape::displacement;
 use super::hold::Play;
+use super::kept::{Images, Kept};
 use super::mechanism::Mechanism;
 use super::overlap::Part;
 use crate::motion::{Class, Pose};
@@ -50,15 +51,21 @@ fn compose(outer: &Pose, inner: &Pose) -> Pose {
     }
 }
 
-/// Whether `moved`, displaced by `by` (Σ) from where it is at `phi`, touches `other`.
-fn touches((moved, other): (&Part, &Part), mechanism: &Mechanism, (phi, by): (f64, &Pose)) -> bool {
+/// Whether `moved`, displaced by `by` (Σ) from where it is at `phi`, touches `other`. `images` are those of
+/// the other and of the moved one on what both motions keep.
+fn touches(
+    (moved, other): (&Part, &Part),
+    mechanism: &Mechanism,
+    (phi, by): (f64, &Pose),
+    images: Option<&[Images; 2]>,
+) -> bool {
     let displaced = compose(by, &mechanism.pose(moved.body.carrier, phi));
     let seen = mechanism
         .pose(other.body.carrier, phi)
         .inverse_mul(&displaced);
     Placed::new(&other.tree, &moved.tree, seen)
-        .touch(None)
-        .is_some()
+        .keeping(images.map(|[other, moved]| (other, moved)))
+        .touch()
 }
 
 fn find<'a, 'b>(parts: &'a [Part<'b>], carrier: Carrier) -> Option<&'a Part<'b>> {
@@ -108,8 +115,9 @@ fn stopped(
     // Twice the play closes any joint of that play, facets included.
     let size = 2.0 * play + 0.1;
     let free = phases(HOLD_PHASES).find_map(|phi| {
-        let loose =
-            |d: &&Vector3<f64>| !touches((held, holder), mechanism, (phi, &shift(**d * size)));
+        let loose = |d: &&Vector3<f64>| {
+            !touches((held, holder), mechanism, (phi, &shift(**d * size)), None)
+        };
         Some((phi, directions.iter().find(loose)?))
     });
     match free {
@@ -139,6 +147,12 @@ fn leaning(parts: &[Part], mechanism: &Mechanism, play: &[Play]) -> Claim {
         .filter(|p| !matches!(p.body.carrier, Carrier::Follower | Carrier::Driver))
         .collect();
     let class = mechanism.motion.class();
+    // Leaning is a motion that the joint allows: it keeps what the joint keeps.
+    let images = others.iter().map(|other| {
+        let kept = Kept::by((other.body.carrier, Carrier::Follower), mechanism)?;
+        Some([*other, follower].map(|part| kept.images(&part.tree)))
+    });
+    let images: Vec<Option<[Images; 2]>> = images.collect();
     let known: Vec<(&Play, f64)> = play.iter().filter_map(|p| Some((p, p.distance?))).collect();
     if known.is_empty() {
         return claim.undecided("the play could not be measured");
@@ -156,7 +170,15 @@ fn leaning(parts: &[Part], mechanism: &Mechanism, play: &[Play]) -> Claim {
             };
             others
                 .iter()
-                .any(|other| touches((follower, other), mechanism, (p.phi, &lean(other))))
+                .zip(&images)
+                .any(|(other, images)| {
+                    touches(
+                        (follower, other),
+                        mechanism,
+                        (p.phi, &lean(other)),
+                        images.as_ref(),
+                    )
+                })
                 .then_some(p)
         })
         .collect();

@@ -16,6 +16,7 @@ mod kept;
 mod mechanism;
 pub mod mesh;
 mod overlap;
+mod play;
 pub mod thickness;
 mod touching;
 mod tree;

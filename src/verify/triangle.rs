@@ -4,6 +4,8 @@
 
 use nalgebra::Vector3;
 
+use crate::motion::Pose;
+
 /// A triangle with its unit normal (zero when it has no area).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangle {
@@ -27,6 +29,14 @@ impl Triangle {
             .try_normalize(0.0)
             .unwrap_or_else(Vector3::zeros);
         Triangle { corners, normal }
+    }
+
+    /// The triangle in the frame that `pose` leads to.
+    pub fn moved(&self, pose: &Pose) -> Triangle {
+        Triangle {
+            corners: self.corners.map(|v| pose.apply(v)),
+            normal: pose.rotation * self.normal,
+        }
     }
 
     pub fn edges(&self) -> [(Vector3<f64>, Vector3<f64>); 3] {
