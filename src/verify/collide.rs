@@ -20,6 +20,9 @@ pub(super) struct Near {
     pub pair: (usize, usize),
 }
 
+/// Centre and half of the extent of a box.
+pub(super) type Extent = (Vector3<f64>, Vector3<f64>);
+
 /// `second` placed in the frame of `first`.
 pub(super) struct Placed<'a> {
     first: &'a Tree,
@@ -134,19 +137,28 @@ impl<'a> Placed<'a> {
         self.nearest(TOUCH, 0.0, None).is_some()
     }
 
-    /// All pairs nearer than `reach` allows for nodes of the second body.
-    pub fn within(&self, reach: impl Fn(&Node) -> f64) -> Vec<Near> {
+    /// All pairs between which there is no more than `reach` says: how far points of the second body in
+    /// a box (its centre, half its extent) come nearer against a direction, and how far in any.
+    pub fn within(&self, reach: impl Fn(Vector3<f64>, Extent) -> [f64; 2]) -> Vec<Near> {
         let mut near = Vec::new();
         let mut stack = vec![(0usize, 0usize)];
         while let Some((i, j)) = stack.pop() {
             let (Some(a), Some(b)) = (self.first.nodes.get(i), self.second.nodes.get(j)) else {
                 continue;
             };
-            let within = reach(b);
-            if self.gap(a, b) >= within {
+            let extent = (self.pose.apply(b.centre), self.turned * b.half);
+            let (in_first, in_second) = self.gaps(a, b);
+            let apart = [in_first, self.pose.rotation * in_second]
+                .iter()
+                .any(|gap| {
+                    let distance = gap.norm();
+                    distance > 0.0 && distance > reach(gap / distance, extent)[0]
+                });
+            if apart {
                 continue;
             }
             if a.is_leaf() && b.is_leaf() {
+                let [_, within] = reach(Vector3::zeros(), extent);
                 for l in self.second.leaf(b) {
                     let other = self.second_triangle(l);
                     near.extend(self.first.leaf(a).filter_map(|k| {

@@ -116,21 +116,22 @@ impl Held<'_> {
         let driver = mechanism.pose(Carrier::Driver, phi);
         let centre = driver.inverse_apply(mechanism.motion.joint_centre(phi));
         let back = driver.rotation.transpose();
-        let screws = directions.iter().map(|u| {
-            let (linear, angular) = parts(mechanism.motion.class(), u);
-            Screw {
-                centre,
-                linear: back * linear,
-                angular: back * angular,
-            }
-        });
         let facing = Facing {
             first: &self.driver.tree,
             second: &self.follower.tree,
             pose: driver.inverse_mul(&mechanism.pose(Carrier::Follower, phi)),
             lever: mechanism.center_distance,
         };
-        facing.ways(&screws.collect::<Vec<_>>(), limit)
+        let screw = |u: &DVector<f64>| {
+            let (linear, angular) = parts(mechanism.motion.class(), u);
+            Screw {
+                centre,
+                linear: back * linear,
+                angular: back * angular,
+            }
+        };
+        let screws: Vec<Screw> = directions.iter().map(screw).collect();
+        facing.ways(&screws, limit)
     }
 
     /// Whether they meet at the displacement `u`.

@@ -4,7 +4,7 @@
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
-use super::collide::{Near, Placed};
+use super::collide::{Extent, Near, Placed};
 use super::tree::Tree;
 use super::triangle::{Closest, Triangle};
 use crate::motion::Pose;
@@ -15,7 +15,7 @@ const NEAR: f64 = 1e-5;
 /// Steps after which a contact that is still approached counts as reached.
 const STEPS: usize = 100;
 
-/// The way of points within reach that is looked at first, mm; twice as far each time that nothing meets.
+/// The way of points at the lever that is looked at in one go, mm.
 const STRETCH: f64 = 0.3;
 
 /// A motion by s along a fixed screw: turning about `angular` through a centre, and along `linear`.
@@ -36,6 +36,21 @@ impl Screw {
             rotation: turn * pose.rotation,
             translation: self.centre + turn * (pose.translation - self.centre) + self.linear * s,
         }
+    }
+
+    /// How far points of a box come nearer against `n` between two s, at most, and how far in any
+    /// direction.
+    fn reach(&self, (from, to): (f64, f64), n: Vector3<f64>, (middle, half): Extent) -> [f64; 2] {
+        let step = to - from;
+        let arm = middle - self.centre - self.linear * from;
+        let lever = arm.norm() + half.norm();
+        // n·(ω × x) = x·(n × ω)
+        let across = n.cross(&self.angular);
+        let speed = half.dot(&across.abs()) - n.dot(&self.linear) - arm.dot(&across);
+        let angular = self.angular.norm();
+        let bend = 0.5 * (angular * step).powi(2) * lever;
+        let fastest = self.linear.norm() + angular * lever;
+        [(speed * step).max(0.0) + bend, fastest * step]
     }
 
     /// A step by which the second triangle, which is at s where `closest` was found, cannot reach the
@@ -69,39 +84,31 @@ pub(super) struct Facing<'a> {
 }
 
 impl Facing<'_> {
-    /// How far the second can move along each of `screws`, which have one centre, before it touches the
-    /// first; `None` when it is free up to `limit`.
+    /// How far the second can move along each of `screws` before it touches the first; `None` when it is
+    /// free up to `limit`. All begin among the same near triangles.
     pub fn ways(&self, screws: &[Screw], limit: f64) -> Vec<Option<f64>> {
-        let Some(centre) = screws.first().map(|s| s.centre) else {
-            return Vec::new();
+        let lever = |x: Vector3<f64>, half: Vector3<f64>| {
+            let centre = screws.first().map_or(x, |s| s.centre);
+            ((x - centre).norm() + half.norm()) / self.lever
         };
-        let near = self.near(&self.pose, (centre, STRETCH));
+        let near = Placed::new(self.first, self.second, self.pose)
+            .within(|_, (x, half)| [STRETCH * lever(x, half).max(1.0); 2]);
         let way = |screw: &Screw| self.way(screw, &near, limit);
         screws.par_iter().map(way).collect()
     }
 
     fn way(&self, screw: &Screw, near: &[Near], limit: f64) -> Option<f64> {
         let size = screw.linear.norm() + screw.angular.norm() * self.lever;
-        let (mut from, mut stretch) = (0.0, STRETCH);
-        let mut to = (stretch / size).min(limit);
+        let (mut from, mut to) = (0.0, (STRETCH / size).min(limit));
         let mut met = self.earliest(screw, near, (from, to));
         while met.is_none() && to < limit {
-            (from, stretch) = (to, 2.0 * stretch);
-            to = (from + stretch / size).min(limit);
-            let centre = screw.centre + screw.linear * from;
-            let near = self.near(&screw.moved(from, &self.pose), (centre, stretch));
+            (from, to) = (to, (to + STRETCH / size).min(limit));
+            let pose = screw.moved(from, &self.pose);
+            let near = Placed::new(self.first, self.second, pose)
+                .within(|n, extent| screw.reach((from, to), n, extent));
             met = self.earliest(screw, &near, (from, to));
         }
         met
-    }
-
-    /// Pairs of triangles that may meet when no point at the lever moves farther than `stretch`.
-    fn near(&self, pose: &Pose, (centre, stretch): (Vector3<f64>, f64)) -> Vec<Near> {
-        let back = pose.inverse_apply(centre);
-        Placed::new(self.first, self.second, *pose).within(|node| {
-            let arm = (node.centre - back).norm() + node.half.norm();
-            stretch * (arm / self.lever).max(1.0)
-        })
     }
 
     /// First contact of the pairs `near`, found at `from`, before `to`.
