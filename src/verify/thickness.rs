@@ -19,6 +19,9 @@ const OPPOSITE: f64 = -0.819;
 /// Triangles lower than this are seams of the solid kernel, not surface: their normals mean nothing, mm.
 const SEAM: f64 = 1e-3;
 
+/// Cosine above which a triangle faces along with the sample: not away from it, rounding included.
+const ALONG: f64 = 0.01;
+
 /// Tasks look at this many samples in order; fixed, for results independent of the threads.
 const RUN: usize = 2048;
 
@@ -44,6 +47,7 @@ pub struct WallSettings {
 /// Thinnest wall of a closed mesh up to `settings.up_to`; `None` when every wall is thicker.
 pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
     let tree = Tree::new(mesh);
+    let facings = facings(&tree);
     let samples = samples(&tree, settings.spacing);
     samples
         .par_chunks(RUN)
@@ -53,7 +57,7 @@ pub fn thinnest(mesh: &Mesh, settings: &WallSettings) -> Option<Wall> {
                 let limit = best.map_or(settings.up_to, |w| w.thickness_mm);
                 let found = [
                     straight_through(&tree, (p, k), limit),
-                    medial_diameter(&tree, (p, k), limit),
+                    medial_diameter(&tree, &facings, (p, k), limit),
                 ];
                 for thickness_mm in found.into_iter().flatten() {
                     if best.is_none_or(|b| thickness_mm < b.thickness_mm) {
@@ -124,18 +128,69 @@ fn straight_through(tree: &Tree, (p, k): (Vector3<f64>, usize), limit: f64) -> O
     (other.normal.dot(&outward) < OPPOSITE && other.height() > SEAM).then_some(t * limit)
 }
 
+/// Normals of the triangles under every node: least and largest of each component.
+type Facings = Vec<[Vector3<f64>; 2]>;
+
+/// Seams may face anywhere.
+fn facings(tree: &Tree) -> Facings {
+    let mut facings = vec![[Vector3::repeat(-1.0), Vector3::repeat(1.0)]; tree.nodes.len()];
+    let both = |a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]| [a[0].inf(&b[0]), a[1].sup(&b[1])];
+    // Children stand behind their parent.
+    for (i, node) in tree.nodes.iter().enumerate().rev() {
+        let of_triangle = |k: usize| match &tree.triangles[k] {
+            t if t.height() > SEAM => [t.normal; 2],
+            _ => facings[i],
+        };
+        facings[i] = match node.is_leaf() {
+            true => tree
+                .leaf(node)
+                .map(of_triangle)
+                .reduce(both)
+                .unwrap_or(facings[i]),
+            false => both(facings[i + 1], facings[node.first as usize]),
+        };
+    }
+    facings
+}
+
 /// Diameter below `limit` of the largest ball inside the surface that touches it at `p`, when its
 /// other touching point is opposite; `None` otherwise. The ball shrinks onto the nearest obstacle
 /// until it is empty.
-fn medial_diameter(tree: &Tree, (p, k): (Vector3<f64>, usize), limit: f64) -> Option<f64> {
-    let inward = -tree.triangles[k].normal;
+///
+/// Where a ball touches from inside, the way from its centre lies between the normals of the triangles
+/// there. So an opposite touching point is on one that faces away from p, and is also what a ball
+/// shrinks onto that only sees those: most samples are done with quickly that way.
+fn medial_diameter(
+    tree: &Tree,
+    facings: &Facings,
+    (p, k): (Vector3<f64>, usize),
+    limit: f64,
+) -> Option<f64> {
+    let outward = tree.triangles[k].normal;
+    let faces_along = |node: usize| {
+        let [low, high] = facings[node];
+        let least = outward.zip_map(&low, |n, x| n * x);
+        least.inf(&outward.zip_map(&high, |n, x| n * x)).sum() > ALONG
+    };
+    ball(tree, (p, outward), limit, faces_along)?;
+    ball(tree, (p, outward), limit, |_| false)
+}
+
+/// The ball of [`medial_diameter`] in the surface outside the nodes that `skip` names.
+fn ball(
+    tree: &Tree,
+    (p, outward): (Vector3<f64>, Vector3<f64>),
+    limit: f64,
+    skip: impl Fn(usize) -> bool + Copy,
+) -> Option<f64> {
+    let inward = -outward;
     let mut radius = limit / 2.0;
     let mut touch = None;
     // Each step shrinks the ball at least to the nearest obstacle; 40 are far more than the five
     // or so it takes, and running out of them keeps the larger, still valid upper bound.
     for _ in 0..40 {
         let centre = p + inward * radius;
-        let Some((near, _)) = tree.nearest(centre, radius * (1.0 - 1e-9)) else {
+        let Some((near, _)) = tree.nearest_of(centre, radius * (1.0 - 1e-9), skip) else {
             break;
         };
         let q = near.q - p;

@@ -70,6 +70,16 @@ impl Tree {
 
     /// Nearest point of the surface to `p` closer than `within`, with the triangle's tree index.
     pub fn nearest(&self, p: Vector3<f64>, within: f64) -> Option<(Closest, usize)> {
+        self.nearest_of(p, within, |_| false)
+    }
+
+    /// The same, of the surface outside the nodes that `skip` names.
+    pub fn nearest_of(
+        &self,
+        p: Vector3<f64>,
+        within: f64,
+        skip: impl Fn(usize) -> bool,
+    ) -> Option<(Closest, usize)> {
         let mut best = within * within;
         let mut found = None;
         let reach = |i: usize| (i, self.nodes[i].distance_squared(p));
@@ -77,7 +87,7 @@ impl Tree {
         stack.extend(self.nodes.first().map(|_| reach(0)));
         while let Some((i, box_squared)) = stack.pop() {
             // Written so that a NaN is looked into.
-            if box_squared >= best {
+            if box_squared >= best || skip(i) {
                 continue;
             }
             let node = &self.nodes[i];
