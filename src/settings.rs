@@ -162,6 +162,10 @@ pub struct Fit {
     pub joint_play_mm: f64,
     /// Smallest gap wanted between parts that must never touch, mm. Default 0.3.
     pub safety_gap_mm: f64,
+    /// Largest angle by which the follower may be loose with the motor held, deg. Default 1.5.
+    pub max_play_deg: f64,
+    /// The same as a displacement of the load point, mm. Default 1.5.
+    pub max_play_mm: f64,
 }
 
 impl Default for Fit {
@@ -170,6 +174,8 @@ impl Default for Fit {
             clearance_mm: 0.1,
             joint_play_mm: 0.15,
             safety_gap_mm: 0.3,
+            max_play_deg: 1.5,
+            max_play_mm: 1.5,
         }
     }
 }

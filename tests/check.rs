@@ -39,6 +39,30 @@ fn a_sound_mechanism_passes_every_claim() {
     }
 }
 
+/// The follower is loose by what its gap leaves it, and no looser than it may be.
+#[test]
+fn more_play_than_allowed_is_a_failure_with_a_name() {
+    let (design, bodies) = sound();
+    let motion = known::motion(Class::R1);
+    let play = |design: &Design| {
+        let check = checked(design, &motion, bodies);
+        let found = claim(&check, "play as an angle");
+        (found.value.expect("a figure"), found.holds)
+    };
+    let (as_drawn, holds) = play(design);
+    assert!(holds);
+    let mut stricter = design.clone();
+    stricter.settings.fit.max_play_deg = 0.9 * as_drawn;
+    assert_eq!(play(&stricter), (as_drawn, false));
+    let mut wider = design.clone();
+    wider.section.clearance *= 2.0;
+    let (twice, _) = play(&wider);
+    assert!(
+        (twice / as_drawn - 2.0).abs() < 1e-6,
+        "{as_drawn}°, then {twice}°"
+    );
+}
+
 #[test]
 fn a_design_without_bodies_is_undecided_and_fails() {
     let check = checked(&sound().0, &known::motion(Class::R1), &[]);

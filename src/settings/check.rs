@@ -96,6 +96,8 @@ impl Settings {
         c.range("fit.clearance_mm", fit.clearance_mm, 0.0, 2.0);
         c.range("fit.joint_play_mm", fit.joint_play_mm, 0.0, 2.0);
         c.range("fit.safety_gap_mm", fit.safety_gap_mm, 0.0, 5.0);
+        c.range("fit.max_play_deg", fit.max_play_deg, 0.01, 180.0);
+        c.range("fit.max_play_mm", fit.max_play_mm, 0.01, 1000.0);
         c.range("hub.driver_radius_mm", hub.driver_radius_mm, 0.5, 400.0);
         c.range("hub.follower_radius_mm", hub.follower_radius_mm, 0.5, 400.0);
         c.range("hub.journal_radius_mm", hub.journal_radius_mm, 0.5, 200.0);

@@ -167,6 +167,7 @@ pub fn examine(
         );
     let mut claims = conjugation::claims(design, input.motion, q_min);
     claims.extend(hold::closure_claims(design, samples.as_deref()));
+    claims.extend(hold::play_limits(design, input.motion));
     let closure = samples.unwrap_or_default();
     let (mut play, mut touching, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     match &mut proof {

@@ -11,6 +11,7 @@ use super::{Proof, directions};
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{ClosureSample, Design};
 use crate::load::contacts::Configuration;
+use crate::load::{LoadSample, Sampling, analyse};
 use crate::motion::Motion;
 
 /// Play beyond this share of its first-order bound is not play but a missing flank.
@@ -178,6 +179,44 @@ pub(super) fn plays(
                 .collect::<Vec<_>>()
         })
         .collect()
+}
+
+/// Claims that the follower is not looser than the settings allow: what the flanks alone leave it, with
+/// the motor held.
+pub(super) fn play_limits(design: &Design, motion: &Motion) -> [Claim; 2] {
+    let fit = &design.settings.fit;
+    let report = analyse(design, motion, &design.settings.load, Sampling::default());
+    type Get = fn(&LoadSample) -> f64;
+    let limits: [(_, _, Get, _, _); 2] = [
+        (
+            "play as an angle",
+            "how far the flanks let the follower turn, with the motor held",
+            |s| s.play_turn.to_degrees(),
+            "°",
+            fit.max_play_deg,
+        ),
+        (
+            "play at the load point",
+            "how far the flanks let the load point move, with the motor held",
+            |s| s.play_point,
+            "mm",
+            fit.max_play_mm,
+        ),
+    ];
+    limits.map(|(name, meaning, get, unit, most)| {
+        let claim = Claim::new(name, meaning);
+        let worst = report.as_ref().map(|report| {
+            let samples = report.samples.iter();
+            samples.max_by(|a, b| get(a).total_cmp(&get(b)))
+        });
+        match worst {
+            Ok(Some(worst)) => claim
+                .decide(get(worst), unit, Bound::AtMost(most))
+                .at(Spot::phase(worst.phi)),
+            Ok(None) => claim.undecided("nothing was tried"),
+            Err(error) => claim.undecided(&error.to_string()),
+        }
+    })
 }
 
 /// Claim that the play is what the gap allows.
