@@ -1,5 +1,7 @@
 //! How flat the flanks of a band may be: the radius across its teeth that condition (4) leaves free.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -11,17 +13,26 @@ use crate::solid::section::{self, FLANK};
 use crate::solid::sweep::{self, Frame};
 
 /// A radius that is less of a gain over the bead's is not worth an edge.
-const WORTH: f64 = 1.05;
+const WORTH: f64 = 1.2;
 
 /// Radii closer than this to each other, as a share, are the same.
-const PRECISION: f64 = 0.01;
+const PRECISION: f64 = 0.02;
 
 /// How much nearer than at the contact flanks may come beside it, mm: what the chords of a section
 /// leave.
 const SLACK: f64 = 0.005;
 
-/// Stations farther from the contact than so many centre distances do not come near it.
-const NEAR: f64 = 0.2;
+/// Share of the gap at the contact that teeth leave which are not in contact.
+const PASSING: f64 = 0.75;
+
+/// Phases of the turn at which that is tried.
+const PHASES: usize = 240;
+
+/// Frames of two teeth that are farther apart than this have nothing to do with each other, mm.
+const NEAR: f64 = 4.0;
+
+/// So many planes to either side of the nearest frame may hold a point beside it.
+const PLANES: usize = 3;
 
 /// Least induced normal curvature of two flanks in any direction, 1/mm: 0.004 at L = 25 mm.
 pub fn least_curvature(settings: &Settings) -> f64 {
@@ -40,23 +51,18 @@ pub struct Band<'a> {
 impl Band<'_> {
     /// The largest flank radius, mm, with which the flanks part in every direction beside their
     /// contacts: by at least the induced curvature [`least_curvature`] (the published condition (4),
-    /// with the radius as the unknown), and as far as the teeth of `section` reach. `None` where that is
-    /// no more than a round bead's.
+    /// with the radius as the unknown), and as far as the teeth of `section` reach, before and after
+    /// their contact too. `None` where that is hardly more than a round bead's.
     pub fn flattest(&self, section: &Section, settings: &Settings, motion: &Motion) -> Option<f64> {
         let least = least_curvature(settings);
-        let distance = settings.gear.center_distance_mm;
-        let pairs: Vec<Flanks> = self
-            .teeth
-            .iter()
-            .map(|tooth| Flanks::new(tooth, distance, motion))
-            .collect();
+        let passing = Passing::new(self.teeth, settings.gear.center_distance_mm, motion);
         let parts = |radius: f64| {
             let flat = Section {
                 flank_radius: radius,
                 ..*section
             };
             let curved = |c: &Contact| c.induced_curvature(radius) > least;
-            self.contacts.iter().all(curved) && pairs.par_iter().all(|flanks| flanks.part(&flat))
+            self.contacts.iter().all(curved) && passing.is_clear(&flat)
         };
         let bead = section.bead_radius();
         let most = (section.root.min(section.tip) / FLANK).min(FLATTEST);
@@ -75,57 +81,114 @@ impl Band<'_> {
     }
 }
 
-/// The two teeth of a pair, driver and follower, through their contact.
-struct Flanks {
-    frames: [Vec<Frame>; 2],
-    /// For every frame's phase the driver's tooth seen from the follower, and the other way round.
-    seen: Vec<[Pose; 2]>,
-    near: f64,
+/// The teeth of a band passing each other.
+struct Passing {
+    /// Of the driver and of the follower.
+    teeth: [Vec<Tooth>; 2],
+    /// At every phase the driver seen from the follower, and the other way round.
+    seen: Vec<(f64, [Pose; 2])>,
 }
 
-impl Flanks {
-    fn new(tooth: &ToothPair, distance: f64, motion: &Motion) -> Flanks {
-        let gears = [Gear::Driver, Gear::Follower];
-        let frames =
-            gears.map(|gear| sweep::frames(tooth, gear, sweep::axis_point(gear, distance)));
-        let seen = |frame: &Frame| {
-            let driver = MotionState::driver(distance, frame.phi).pose;
-            let follower = motion.state(frame.phi).pose;
-            [follower.inverse_mul(&driver), driver.inverse_mul(&follower)]
-        };
-        Flanks {
-            seen: frames[0].iter().map(seen).collect(),
+/// The frames of a tooth in a ball.
+struct Tooth {
+    frames: Vec<Frame>,
+    centre: Vector3<f64>,
+    radius: f64,
+    /// Driver angles at which the contact begins and ends.
+    contact: [f64; 2],
+}
+
+impl Tooth {
+    fn new(frames: Vec<Frame>, contact: [f64; 2]) -> Tooth {
+        let centre = frames.iter().map(|f| f.p).sum::<Vector3<f64>>() / frames.len() as f64;
+        let away = frames.iter().map(|f| (f.p - centre).norm());
+        Tooth {
+            radius: away.fold(0.0, f64::max),
+            centre,
+            contact,
             frames,
-            near: NEAR * distance,
+        }
+    }
+}
+
+impl Passing {
+    fn new(teeth: &[ToothPair], distance: f64, motion: &Motion) -> Passing {
+        let of = |gear: Gear| {
+            let axis = sweep::axis_point(gear, distance);
+            let tooth =
+                |t: &ToothPair| Tooth::new(sweep::frames(t, gear, axis), [t.phi_start, t.phi_end]);
+            teeth.iter().map(tooth).collect()
+        };
+        let seen = (0..PHASES).map(|i| {
+            let phi = TAU * i as f64 / PHASES as f64;
+            let driver = MotionState::driver(distance, phi).pose;
+            let follower = motion.state(phi).pose;
+            let seen = [follower.inverse_mul(&driver), driver.inverse_mul(&follower)];
+            (phi, seen)
+        });
+        Passing {
+            teeth: [Gear::Driver, Gear::Follower].map(of),
+            seen: seen.collect(),
         }
     }
 
-    /// Whether the teeth with this `section` come nowhere nearer to each other than at their contacts.
-    fn part(&self, section: &Section) -> bool {
-        let outline = section::polygon(section, sweep::SECTION_SEGMENTS);
-        // The side of the contact, from the root to the tip.
+    /// Whether teeth with this `section` come nowhere nearer to each other than at their contacts, and
+    /// not too near where they have none.
+    fn is_clear(&self, section: &Section) -> bool {
+        let mut outline = section::polygon(section, sweep::SECTION_SEGMENTS);
+        outline.reverse();
+        // The side of the contact, from the root to the tip: the one that mates face each other with.
         let middle = 0.5 * (section.clearance + section.thickness);
-        let side: Vec<[f64; 2]> = outline
-            .into_iter()
-            .rev()
-            .filter(|c| c[0] < middle)
-            .collect();
-        self.seen.iter().enumerate().all(|(i, seen)| {
+        let side: Vec<[f64; 2]> = outline.iter().copied().filter(|c| c[0] < middle).collect();
+        outline.extend(outline.first().copied());
+        let apart = |mine: &Tooth, other: &Tooth, (phi, pose): (f64, &Pose)| {
+            let [start, end] = mine.contact;
+            let mates = mine.contact == other.contact;
+            let shape = if mates { &side } else { &outline };
+            let wanted = match mates && (phi - start).rem_euclid(TAU) < end - start {
+                true => section.clearance - SLACK,
+                false => PASSING * section.clearance,
+            };
+            clear(mine, other, pose, (shape, wanted))
+        };
+        self.seen.par_iter().all(|(phi, seen)| {
             (0..2).all(|gear| {
-                let (mine, other) = (&self.frames[gear], &self.frames[1 - gear]);
-                let contact = mine[i].p;
-                let near = mine.iter().filter(|f| (f.p - contact).norm() < self.near);
-                let mut corners = near.flat_map(|f| side.iter().map(|&c| f.place(c)));
-                corners
-                    .all(|c| nearest(other, &side, seen[gear].apply(c)) > section.clearance - SLACK)
+                let pose = &seen[gear];
+                self.teeth[gear].iter().all(|mine| {
+                    let centre = pose.apply(mine.centre);
+                    let mut others = self.teeth[1 - gear].iter().filter(|other| {
+                        (centre - other.centre).norm() < mine.radius + other.radius + NEAR
+                    });
+                    others.all(|other| apart(mine, other, (*phi, pose)))
+                })
             })
         })
     }
 }
 
-/// Distance of `point` in front of a tooth's flank `side`, mm, in the planes across the tooth that hold
-/// the point; infinite beside the tooth.
-fn nearest(frames: &[Frame], side: &[[f64; 2]], point: Vector3<f64>) -> f64 {
+/// Whether one tooth, which `pose` brings beside `other`, is `wanted` (mm) in front of it: `shape` against
+/// `shape`, with the material on the right.
+fn clear(mine: &Tooth, other: &Tooth, pose: &Pose, (shape, wanted): (&[[f64; 2]], f64)) -> bool {
+    mine.frames.iter().all(|frame| {
+        let p = pose.apply(frame.p);
+        let away = other.frames.iter().map(|f| (f.p - p).norm_squared());
+        let Some((nearest, away)) = away.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return true;
+        };
+        if away > NEAR * NEAR {
+            return true;
+        }
+        let last = (nearest + PLANES + 1).min(other.frames.len());
+        let beside = &other.frames[nearest.saturating_sub(PLANES)..last];
+        shape
+            .iter()
+            .all(|&c| in_front_of(beside, shape, pose.apply(frame.place(c))) > wanted)
+    })
+}
+
+/// Distance of `point` in front of a tooth's `shape`, mm, in the planes across the tooth that hold the
+/// point; infinite beside the tooth.
+fn in_front_of(frames: &[Frame], shape: &[[f64; 2]], point: Vector3<f64>) -> f64 {
     let ahead = |f: &Frame| (point - f.p).dot(&f.t);
     let holds = |pair: &&[Frame]| ahead(&pair[0]) >= 0.0 && ahead(&pair[1]) <= 0.0;
     let planes = frames.windows(2).filter(holds).map(|pair| {
@@ -135,14 +198,14 @@ fn nearest(frames: &[Frame], side: &[[f64; 2]], point: Vector3<f64>) -> f64 {
         let along = |of: fn(&Frame) -> Vector3<f64>| {
             away.dot(&of(&pair[0]).lerp(&of(&pair[1]), share).normalize())
         };
-        in_front(side, [along(|f| f.n), along(|f| f.b)])
+        in_front(shape, [along(|f| f.n), along(|f| f.b)])
     });
     planes.fold(f64::INFINITY, f64::min)
 }
 
-/// Distance of a point of the section's plane in front of `side`, mm; negative behind it.
-fn in_front(side: &[[f64; 2]], point: [f64; 2]) -> f64 {
-    let edges = side.windows(2).map(|edge| {
+/// Distance of a point of the section's plane in front of `shape`, mm; negative behind it.
+fn in_front(shape: &[[f64; 2]], point: [f64; 2]) -> f64 {
+    let edges = shape.windows(2).map(|edge| {
         let [along, away] = [edge[1], point].map(|c| [c[0] - edge[0][0], c[1] - edge[0][1]]);
         let length = along[0] * along[0] + along[1] * along[1];
         let share = ((along[0] * away[0] + along[1] * away[1]) / length).clamp(0.0, 1.0);

@@ -143,7 +143,8 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
                 continue;
             }
         };
-        is_flat = outcome.design.section.is_flat();
+        let mut pairs = outcome.design.sub_gear_pairs.iter();
+        is_flat = pairs.any(|pair| pair.flank_radius.is_some());
         let first = best.is_none();
         if first {
             let _ = observer(Event::Best(&outcome));
