@@ -8,6 +8,7 @@ use super::check::Effort;
 use super::claim::{Bound, Claim, Spot};
 use super::escape::Held;
 use super::{Proof, directions};
+use crate::Error;
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{ClosureSample, Design};
 use crate::load::contacts::Configuration;
@@ -214,6 +215,9 @@ pub(super) fn play_limits(design: &Design, motion: &Motion) -> [Claim; 2] {
                 .decide(get(worst), unit, Bound::AtMost(most))
                 .at(Spot::phase(worst.phi)),
             Ok(None) => claim.undecided("nothing was tried"),
+            Err(Error::Infeasible { reason, place, .. }) => {
+                claim.undecided(&format!("{reason}, {place}"))
+            }
             Err(error) => claim.undecided(&error.to_string()),
         }
     })
