@@ -120,16 +120,11 @@ impl Kept {
     /// The images of the mesh of `tree`.
     pub fn images(&self, tree: &Tree) -> Images {
         let triangles: Vec<Image> = tree.triangles.iter().map(|t| self.image(t)).collect();
-        let mut nodes = vec![Image::default(); tree.nodes.len()];
-        // Children stand behind their parent.
-        for (i, node) in tree.nodes.iter().enumerate().rev() {
-            nodes[i] = match node.is_leaf() {
-                true => triangles[tree.leaf(node)].iter().copied().reduce(both),
-                false => Some(both(nodes[i + 1], nodes[node.first as usize])),
-            }
-            .unwrap_or_default();
+        let nodes = tree.under(|k| triangles[k], both);
+        Images {
+            nodes: nodes.into_iter().map(Option::unwrap_or_default).collect(),
+            triangles,
         }
-        Images { nodes, triangles }
     }
 }
 

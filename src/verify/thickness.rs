@@ -133,24 +133,14 @@ type Facings = Vec<[Vector3<f64>; 2]>;
 
 /// Seams may face anywhere.
 fn facings(tree: &Tree) -> Facings {
-    let mut facings = vec![[Vector3::repeat(-1.0), Vector3::repeat(1.0)]; tree.nodes.len()];
+    let anywhere = [Vector3::repeat(-1.0), Vector3::repeat(1.0)];
     let both = |a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]| [a[0].inf(&b[0]), a[1].sup(&b[1])];
-    // Children stand behind their parent.
-    for (i, node) in tree.nodes.iter().enumerate().rev() {
-        let of_triangle = |k: usize| match &tree.triangles[k] {
-            t if t.height() > SEAM => [t.normal; 2],
-            _ => facings[i],
-        };
-        facings[i] = match node.is_leaf() {
-            true => tree
-                .leaf(node)
-                .map(of_triangle)
-                .reduce(both)
-                .unwrap_or(facings[i]),
-            false => both(facings[i + 1], facings[node.first as usize]),
-        };
-    }
-    facings
+    let of_triangle = |k: usize| match &tree.triangles[k] {
+        t if t.height() > SEAM => [t.normal; 2],
+        _ => anywhere,
+    };
+    let facings = tree.under(of_triangle, both).into_iter();
+    facings.map(|f| f.unwrap_or(anywhere)).collect()
 }
 
 /// Diameter below `limit` of the largest ball inside the surface that touches it at `p`, when its

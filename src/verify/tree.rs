@@ -68,6 +68,25 @@ impl Tree {
         node.first as usize..(node.first + node.count) as usize
     }
 
+    /// What the triangles under every node have together, by tree index of a triangle.
+    pub fn under<T: Copy>(
+        &self,
+        of: impl Fn(usize) -> T,
+        both: impl Fn(T, T) -> T,
+    ) -> Vec<Option<T>> {
+        let mut all = vec![None; self.nodes.len()];
+        // Children stand behind their parent.
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            all[i] = match node.is_leaf() {
+                true => self.leaf(node).map(&of).reduce(&both),
+                false => all[i + 1]
+                    .zip(all[node.first as usize])
+                    .map(|(a, b)| both(a, b)),
+            };
+        }
+        all
+    }
+
     /// Nearest point of the surface to `p` closer than `within`, with the triangle's tree index.
     pub fn nearest(&self, p: Vector3<f64>, within: f64) -> Option<(Closest, usize)> {
         self.nearest_of(p, within, |_| false)

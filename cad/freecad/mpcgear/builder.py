@@ -81,12 +81,13 @@ class ToothSection:
         self.hold()
 
     def line(self, start, end):
+        """A line; returns its number."""
         points = [App.Vector(self.middle + x, y, 0) for x, y in (start, end)]
         self.edges.append(Part.LineSegment(*points))
         return len(self.edges) - 1
 
     def arc(self, centre, radius, start, end):
-        """An arc from one angle to another; where it begins or ends by itself it is smooth."""
+        """An arc counter-clockwise from one angle to another; returns its number."""
         at = App.Vector(self.middle + centre[0], centre[1], 0)
         self.edges.append(Part.ArcOfCircle(Part.Circle(at, App.Vector(0, 0, 1), radius), start, end))
         return len(self.edges) - 1
