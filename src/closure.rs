@@ -1,7 +1,7 @@
 //! The measure of dynamic form closure Q (Eq. 4): signed distance from the zero wrench to the boundary
 //! of the convex hull of the K projected contact normals, positive inside.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix4, Vector3, Vector4};
 
 use crate::motion::Class;
 
@@ -52,7 +52,7 @@ pub fn measure_above(wrenches: &[Wrench], dof: usize, floor: f64) -> f64 {
     let mut q = f64::INFINITY;
     let mut subset: Vec<usize> = (0..dof).collect();
     loop {
-        if let Some(distance) = facet(wrenches, &subset, dof) {
+        if let Some((_, distance)) = facet(wrenches, &subset, dof) {
             q = q.min(distance);
             if q <= floor {
                 return q;
@@ -65,9 +65,77 @@ pub fn measure_above(wrenches: &[Wrench], dof: usize, floor: f64) -> f64 {
     if q.is_finite() { q } else { f64::NEG_INFINITY }
 }
 
-/// Signed distance of the facet through `subset` from zero, outward positive, when all other points
-/// are on one side of it.
-fn facet(wrenches: &[Wrench], subset: &[usize], dof: usize) -> Option<f64> {
+/// A facet of the hull, as far as Q rests on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facet {
+    /// Signed distance from the zero wrench, outward positive.
+    pub distance: f64,
+    /// Outward unit normal.
+    pub normal: Wrench,
+    /// Its wrenches with the weights, of sum 1, at which they average to the point of its plane nearest
+    /// to zero: the distance changes by Σ weight · (normal · change of the wrench).
+    pub weights: Vec<(usize, f64)>,
+}
+
+/// Facets of the hull of the wrenches in R^`dof`; none where there is no hull (see [`measure`]).
+pub fn facets(wrenches: &[Wrench], dof: usize) -> Vec<Facet> {
+    if wrenches.len() <= dof || wrenches.iter().flatten().any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    if dof == 1 {
+        let end = |sign: f64| {
+            let along = |i: &usize| sign * wrenches[*i][0];
+            let last = (0..wrenches.len()).max_by(|a, b| along(a).total_cmp(&along(b)));
+            last.map(|i| Facet {
+                distance: along(&i),
+                normal: [sign, 0.0, 0.0, 0.0],
+                weights: vec![(i, 1.0)],
+            })
+        };
+        return [1.0, -1.0].into_iter().filter_map(end).collect();
+    }
+    let mut facets = Vec::new();
+    let mut subset: Vec<usize> = (0..dof).collect();
+    loop {
+        if let Some((normal, distance)) = facet(wrenches, &subset, dof)
+            && let Some(weights) = weights(wrenches, &subset, (normal, distance))
+        {
+            facets.push(Facet {
+                distance,
+                normal,
+                weights,
+            });
+        }
+        if !next_subset(&mut subset, wrenches.len()) {
+            return facets;
+        }
+    }
+}
+
+/// Weights of the wrenches of a facet, see [`Facet`].
+fn weights(
+    wrenches: &[Wrench],
+    subset: &[usize],
+    (normal, distance): (Wrench, f64),
+) -> Option<Vec<(usize, f64)>> {
+    let dof = subset.len();
+    let base = Vector4::from(wrenches[subset[0]]);
+    let normal = Vector4::from(normal);
+    // Differences to the first wrench, the normal, and what the space lacks to four dimensions.
+    let matrix = Matrix4::from_fn(|row, column| match column {
+        c if c + 1 < dof => wrenches[subset[c + 1]][row] - base[row],
+        c if c + 1 == dof => normal[row],
+        c => f64::from(row == c),
+    });
+    let shares = matrix.lu().solve(&(normal * distance - base))?;
+    let first = 1.0 - shares.iter().take(dof - 1).sum::<f64>();
+    let all = std::iter::once(first).chain(shares.iter().copied());
+    Some(subset.iter().copied().zip(all).collect())
+}
+
+/// Outward unit normal and signed distance from zero, outward positive, of the facet through `subset`, when
+/// all other points are on one side of it.
+fn facet(wrenches: &[Wrench], subset: &[usize], dof: usize) -> Option<(Wrench, f64)> {
     let normal = hyperplane_normal(wrenches, subset, dof);
     let norm = dot(&normal, &normal).sqrt();
     let base = &wrenches[subset[0]];
@@ -89,11 +157,12 @@ fn facet(wrenches: &[Wrench], subset: &[usize], dof: usize) -> Option<f64> {
         }
     }
     let flat = 1e-12 * scale;
-    match (above > flat, below < -flat) {
-        (false, true) => Some(offset),
-        (true, false) => Some(-offset),
-        _ => None,
-    }
+    let outward = match (above > flat, below < -flat) {
+        (false, true) => 1.0,
+        (true, false) => -1.0,
+        _ => return None,
+    };
+    Some((normal.map(|x| outward * x / norm), outward * offset))
 }
 
 fn dot(a: &Wrench, b: &Wrench) -> f64 {
@@ -219,6 +288,42 @@ mod tests {
     }
 
     proptest! {
+        /// The least distance of a facet is Q, and it follows a change of the wrenches as the weights say.
+        #[test]
+        fn facets_follow_their_wrenches(
+            dof in 1usize..=4,
+            points in prop::collection::vec(prop::array::uniform4(-1.0f64..1.0), 5..8),
+            change in prop::collection::vec(prop::array::uniform4(-1.0f64..1.0), 8),
+        ) {
+            let within = |w: &Wrench| std::array::from_fn(|i| if i < dof { w[i] } else { 0.0 });
+            let points: Vec<Wrench> = points.iter().map(within).collect();
+            let least = |facets: &[Facet]| {
+                facets.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).cloned()
+            };
+            let Some(facet) = least(&facets(&points, dof)) else {
+                return Err(TestCaseError::fail("no facets"));
+            };
+            prop_assert!((facet.distance - measure(&points, dof)).abs() < 1e-12);
+            prop_assert!((facet.weights.iter().map(|w| w.1).sum::<f64>() - 1.0).abs() < 1e-9);
+            let rate: f64 = facet.weights.iter().map(|&(i, weight)| {
+                weight * dot(&facet.normal, &within(&change[i]))
+            }).sum();
+            let step = 1e-7;
+            let moved: Vec<Wrench> = points.iter().zip(&change).map(|(p, c)| {
+                let c = within(c);
+                std::array::from_fn(|i| p[i] + step * c[i])
+            }).collect();
+            let same = facets(&moved, dof).into_iter().find(|f| {
+                f.weights.iter().map(|w| w.0).eq(facet.weights.iter().map(|w| w.0))
+                    && dot(&f.normal, &facet.normal) > 0.9
+            });
+            // Slender facets turn quickly: what is left of second order grows with the weights.
+            let slender = facet.weights.iter().map(|w| w.1.abs()).fold(1.0, f64::max);
+            if let Some(same) = same.filter(|_| slender < 10.0) {
+                prop_assert!(((same.distance - facet.distance) / step - rate).abs() < 1e-2);
+            }
+        }
+
         /// No direction is left in which the support function of a closed hull falls below Q.
         #[test]
         fn q_bounds_the_support_function(

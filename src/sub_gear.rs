@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{Grid, ToothLaw, Trace, trace};
+use crate::contact::{Contact, Grid, ToothLaw, Trace, trace};
 use crate::design::Gear;
 
 /// What the teeth of a band have in common; rad and mm.
@@ -40,7 +40,40 @@ pub struct BandLaw {
     /// Common to the band.
     pub sketch: Sketch,
     /// Added to α, β (rad), offset and z (mm) of tooth j.
-    pub shifts: Vec<[f64; 4]>,
+    pub shifts: Vec<[f64; OWN]>,
+}
+
+/// Numbers of a sketch that can be changed freely: all but the side.
+pub const SKETCH: usize = 9;
+/// Numbers of one tooth.
+pub const OWN: usize = 4;
+
+/// Changes of a sketch's free numbers ([`Sketch::free`]) and of a tooth's own that alter a band about
+/// as much as each other; rad and mm, for a gear of L = 25 × `scale`.
+pub fn natural_sizes(scale: f64) -> ([f64; SKETCH], [f64; OWN]) {
+    let (along, offset) = (0.8 * scale, 0.3 * scale);
+    (
+        [0.1, 0.1, 0.1, 0.1, along, along, offset, 0.15, 0.15],
+        [0.08, 0.08, offset, 0.4 * scale],
+    )
+}
+
+impl Sketch {
+    /// The numbers that can be changed freely: α, share of rolling, changes of α and β, z, travel, offset,
+    /// ride and stay.
+    pub fn free(&mut self) -> [&mut f64; SKETCH] {
+        [
+            &mut self.alpha,
+            &mut self.roll,
+            &mut self.alpha_change,
+            &mut self.beta_change,
+            &mut self.z,
+            &mut self.travel,
+            &mut self.offset,
+            &mut self.ride,
+            &mut self.stay,
+        ]
+    }
 }
 
 impl BandLaw {
@@ -48,7 +81,7 @@ impl BandLaw {
     pub fn uniform(sketch: Sketch, teeth: usize) -> BandLaw {
         BandLaw {
             sketch,
-            shifts: vec![[0.0; 4]; teeth],
+            shifts: vec![[0.0; OWN]; teeth],
         }
     }
 
@@ -289,24 +322,42 @@ fn tooth(grid: &Grid, j: usize, law: &ToothLaw, margins: &Margins) -> Result<Tra
 
 /// Checks what a traced tooth must satisfy by itself.
 fn examine(grid: &Grid, j: usize, tooth: &Trace, margins: &Margins) -> Result<(), Flaw> {
-    for c in tooth {
-        if !(c.gap.is_finite() && c.p.iter().all(|x| x.is_finite())) {
-            return Err(Flaw::Degenerate);
-        }
-        if c.gap < margins.gap || !(c.induced_curvature(margins.flank_radius) > margins.curvature) {
-            return Err(Flaw::Gap);
-        }
-        if c.t1.norm() < margins.tangent || c.t2.norm() < margins.tangent {
-            return Err(Flaw::Cusp);
-        }
+    let finite = |c: &Contact| c.gap.is_finite() && c.p.iter().all(|x| x.is_finite());
+    if !tooth.iter().all(finite) {
+        return Err(Flaw::Degenerate);
     }
-    for gear in [Gear::Driver, Gear::Follower] {
-        if folds(grid, j, tooth, gear, margins.bead_radius) {
-            return Err(Flaw::Fold);
-        }
+    match slacks(grid, j, tooth, margins).find(|(_, slack)| !(*slack > 0.0)) {
+        Some((flaw, _)) => Err(flaw),
+        None => Ok(()),
     }
-    Ok(())
 }
+
+/// How far a traced tooth is from each limit that it has to keep by itself, with what it would fail of:
+/// positive where it is kept; of about the size of mm.
+pub(crate) fn slacks<'a>(
+    grid: &'a Grid,
+    j: usize,
+    tooth: &'a Trace,
+    margins: &'a Margins,
+) -> impl Iterator<Item = (Flaw, f64)> + 'a {
+    let contacts = tooth.iter().flat_map(|c| {
+        let curvature = c.induced_curvature(margins.flank_radius) - margins.curvature;
+        [
+            (Flaw::Gap, c.gap - margins.gap),
+            (Flaw::Gap, curvature * CURVATURE),
+            (Flaw::Cusp, c.t1.norm() - margins.tangent),
+            (Flaw::Cusp, c.t2.norm() - margins.tangent),
+        ]
+    });
+    let sweeps = [Gear::Driver, Gear::Follower]
+        .into_iter()
+        .flat_map(move |gear| advances(grid, j, tooth, (gear, margins.bead_radius)))
+        .map(|advance| (Flaw::Fold, advance));
+    contacts.chain(sweeps)
+}
+
+/// Induced curvature in the scale of the other slacks: mm² by which 1/mm is multiplied.
+const CURVATURE: f64 = 5.0;
 
 /// Contact point, normal into the material and tangent of station `i` of tooth `j` in the frame of
 /// `gear`.
@@ -314,7 +365,7 @@ pub fn in_body(
     grid: &Grid,
     j: usize,
     i: usize,
-    c: &crate::contact::Contact,
+    c: &Contact,
     gear: Gear,
 ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
     let node = &grid.teeth[j][2 * i];
@@ -330,10 +381,16 @@ pub fn in_body(
     }
 }
 
-/// Whether a bead of the given radius folds when swept along the tooth: some extreme point of the
-/// cross section fails to advance by a quarter of what the contact point advances.
-fn folds(grid: &Grid, j: usize, tooth: &Trace, gear: Gear, radius: f64) -> bool {
-    let section = |i: usize| {
+/// How well a bead of the given radius advances when it is swept along the tooth, from station to
+/// station: of what the contact point advances the least share that a point of the cross section does,
+/// above the quarter below which it counts as folded; negative where the contact itself turns back.
+fn advances(
+    grid: &Grid,
+    j: usize,
+    tooth: &Trace,
+    (gear, radius): (Gear, f64),
+) -> impl Iterator<Item = f64> {
+    let section = move |i: usize| {
         let (p, n, t) = in_body(grid, j, i, &tooth[i], gear);
         let t = t.normalize();
         let b = t.cross(&n);
@@ -341,16 +398,16 @@ fn folds(grid: &Grid, j: usize, tooth: &Trace, gear: Gear, radius: f64) -> bool 
         (t, [p, c + radius * n, c + radius * b, c - radius * b])
     };
     let mut before = section(0);
-    for i in 1..tooth.len() {
+    (1..tooth.len()).map(move |i| {
         let here = section(i);
         let t = before.0 + here.0;
-        let advance = (here.1[0] - before.1[0]).dot(&t);
-        let folded = (0..4).any(|k| !((here.1[k] - before.1[k]).dot(&t) > 0.25 * advance))
-            || !(advance > 0.0);
-        if folded {
-            return true;
-        }
+        let advance = |k: usize| (here.1[k] - before.1[k]).dot(&t);
+        let own = advance(0);
+        let least = (1..4).map(advance).fold(f64::INFINITY, f64::min);
         before = here;
-    }
-    false
+        match own > 0.0 {
+            true => least / own - 0.25,
+            false => -1.0,
+        }
+    })
 }

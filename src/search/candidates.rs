@@ -2,20 +2,22 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::clearance::Scene;
-use super::polish::mutate;
+use super::near::Place;
 use super::swept::Swept;
+use super::tooth::Tooth;
 use crate::closure::{Wrench, wrench};
-use crate::contact::Grid;
+use crate::contact::{Grid, Trace};
 use crate::design::Gear;
 use crate::flank;
 use crate::motion::{Class, Motion};
 use crate::settings::{FlankRadius, PairCount, Settings};
-use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch};
+use crate::sub_gear::{Band, BandLaw, Flaw, Margins, Sketch, natural_sizes};
 
 /// Everything a candidate is judged by; built once per search.
 #[derive(Debug, Clone)]
@@ -28,10 +30,10 @@ pub struct Workshop {
     pub scene: Scene,
     /// Limits of a fabricable band.
     pub margins: Margins,
-    /// Phases at which wrenches are taken: tooth, station.
-    samples: Vec<(usize, usize)>,
-    /// Joint centre at those phases.
-    centres: Vec<nalgebra::Vector3<f64>>,
+    /// Stations of every tooth at which wrenches are taken.
+    samples: Vec<usize>,
+    /// Joint centre at those phases, of each tooth.
+    centres: Vec<Vec<Vector3<f64>>>,
     /// Length scale L/25 of all sampled sizes.
     scale: f64,
     /// Length that moments are divided by, mm: 1 where all wrenches are moments, L/2 where units mix.
@@ -71,17 +73,13 @@ impl Workshop {
         };
         // Stations of tooth j inside its own subinterval (the rest of the interval is overlap).
         let share = 0.5 / settings.gear.contact_ratio;
-        let samples: Vec<(usize, usize)> = (0..settings.gear.teeth)
-            .flat_map(|j| {
-                (0..=grid.steps)
-                    .filter(|i| (*i as f64 / grid.steps as f64 - 0.5).abs() <= share + 1e-9)
-                    .map(move |i| (j, i))
-            })
-            .collect();
-        let centres = samples
-            .iter()
-            .map(|&(j, i)| motion.joint_centre(grid.teeth[j][2 * i].phi))
-            .collect();
+        let inside = |i: &usize| (*i as f64 / grid.steps as f64 - 0.5).abs() <= share + 1e-9;
+        let samples: Vec<usize> = (0..=grid.steps).filter(inside).collect();
+        let centres = grid.teeth.iter().map(|nodes| {
+            let centre = |&i: &usize| motion.joint_centre(nodes[2 * i].phi);
+            samples.iter().map(centre).collect()
+        });
+        let centres = centres.collect();
         Workshop {
             class: motion.class(),
             scene: Scene::new(motion, settings, PHASES, 2),
@@ -125,14 +123,17 @@ impl Workshop {
     /// n̄ of a band at the workshop's phases. Where units mix, moments are divided by L/2: a choice is
     /// then as good as its Q*, since raw Q says little about the hold (1 and mm are no equals).
     pub fn wrenches(&self, band: &Band) -> Vec<Wrench> {
-        self.samples
-            .iter()
-            .zip(&self.centres)
-            .map(|(&(j, i), &centre)| {
-                let c = &band.teeth[j][i];
-                wrench(self.class, c.p, c.n, centre, self.length)
-            })
-            .collect()
+        let teeth = band.teeth.iter().enumerate();
+        teeth.flat_map(|(j, tooth)| self.wrenches_of(j, tooth)).collect()
+    }
+
+    /// n̄ of tooth `j` at its phases.
+    pub fn wrenches_of(&self, j: usize, tooth: &Trace) -> impl Iterator<Item = Wrench> {
+        let samples = self.samples.iter().zip(&self.centres[j]);
+        samples.map(|(&i, &centre)| {
+            let c = &tooth[i];
+            wrench(self.class, c.p, c.n, centre, self.length)
+        })
     }
 
     /// Whether neighbouring teeth keep their distance; the band if they do.
@@ -240,14 +241,17 @@ impl Workshop {
         mutate(rng, law, step, self.scale)
     }
 
-    /// Axial room that a band takes: up to its far end where the joint is a ball, which the bands lie
-    /// above or below; its own height on a pin.
-    pub fn height(&self, candidate: &Candidate) -> f64 {
-        let (low, high) = candidate.swept.extent();
-        if self.class.is_spherical() {
-            low.abs().max(high.abs())
-        } else {
-            high - low
+    /// Where bands come near each other, hubs, joint and themselves: slack below `window`, mm.
+    pub(super) fn places(&self, bands: &[Vec<Tooth>], window: f64) -> Vec<Place> {
+        self.scene.places(bands, self.margins.spacing, window)
+    }
+
+    /// Height that the room of a band is counted from: the joint's where that is a ball, the band's middle
+    /// on a pin.
+    pub(super) fn base(&self, law: &BandLaw) -> f64 {
+        match self.class.is_spherical() {
+            true => 0.0,
+            false => law.sketch.z,
         }
     }
 
@@ -292,6 +296,37 @@ impl Workshop {
         }
         (usable, flaws)
     }
+}
+
+/// Changes about a third of the design variables by normal steps of natural size × `step`.
+fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
+    let nudge = |rng: &mut dyn Rng, x: &mut f64, size: f64, share: f64| {
+        if rng.random::<f64>() < share {
+            // Sum of uniforms: close to normal, bounded.
+            let draw: f64 = (0..4).map(|_| rng.random::<f64>() - 0.5).sum::<f64>() * 1.7;
+            *x += draw * size * step;
+        }
+    };
+    let (sketch, own) = natural_sizes(scale);
+    for (x, size) in law.sketch.free().into_iter().zip(sketch) {
+        nudge(rng, x, size, 0.35);
+    }
+    // Single teeth, in some of the proposals: a stretch of neighbours moves together.
+    if rng.random::<f64>() < 0.6 {
+        let teeth = law.shifts.len();
+        let (first, length) = (
+            rng.random_range(0..teeth),
+            rng.random_range(1..=teeth / 2 + 1),
+        );
+        for (which, size) in own.into_iter().enumerate() {
+            let mut shift = 0.0;
+            nudge(rng, &mut shift, size, 0.4);
+            for j in first..first + length {
+                law.shifts[j % teeth][which] += shift;
+            }
+        }
+    }
+    law
 }
 
 /// Integration steps a tooth during the search: residuals are far below the search's other errors.

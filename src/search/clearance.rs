@@ -16,15 +16,15 @@ use crate::sub_gear::{Band, Flaw};
 
 /// One sampled phase.
 #[derive(Debug, Clone)]
-struct Phase {
+pub(super) struct Phase {
     /// Teeth that can be near the mesh: within [`MESH_WINDOW`] of their contact.
-    meshing: Vec<bool>,
+    pub meshing: Vec<bool>,
     /// Follower seen from the driver, and the other way round.
-    follower_in_driver: Pose,
-    driver_in_follower: Pose,
+    pub follower_in_driver: Pose,
+    pub driver_in_follower: Pose,
     /// Both gears seen from the joint centre.
-    driver: Pose,
-    follower: Pose,
+    pub driver: Pose,
+    pub follower: Pose,
 }
 
 /// What every band is tested against.
@@ -105,14 +105,68 @@ impl Scene {
         &self.envelope
     }
 
-    fn axis(&self, gear: Gear) -> Vector3<f64> {
+    /// Phases of the turn, far ones first.
+    pub(super) fn phases(&self) -> &[Phase] {
+        &self.phases
+    }
+
+    /// Radii of beads and ribs, mm.
+    pub(super) fn radii(&self) -> Radii {
+        self.radii
+    }
+
+    /// Depths of the bead axes behind the contact, mm: one where the section is round.
+    pub(super) fn bead_depths(&self) -> &[f64] {
+        &self.bead_depths
+    }
+
+    /// Gap wanted between parts that must never touch, mm.
+    pub(super) fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    /// Every so many stations of a tooth are looked at.
+    pub(super) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    pub(super) fn center_distance(&self) -> f64 {
+        self.center_distance
+    }
+
+    /// Distance of balls along a rib, mm.
+    pub(super) fn rib_spacing(&self) -> f64 {
+        1.6 * self.radii.rib
+    }
+
+    /// Distance wanted between the middles of fins of two bands, mm.
+    pub(super) fn fins_limit(&self) -> f64 {
+        self.bead_depths.last().map_or(0.0, |d| d + self.radii.bead) + self.gap
+    }
+
+    /// Radius on which fins are unrolled, mm.
+    pub(super) fn fin_radius(&self) -> f64 {
+        FIN_RADIUS * self.center_distance
+    }
+
+    /// Of beads along these axes on driver and follower.
+    pub(super) fn mate(&self, [driver, follower]: [Vec<Vector3<f64>>; 2]) -> Mates {
+        Mates {
+            driver: Bead::new(driver, self.axis(Gear::Driver)),
+            follower: Bead::new(follower, self.axis(Gear::Follower)),
+            radius: self.bead_depths[0],
+            rib_radius: self.radii.rib,
+        }
+    }
+
+    pub(super) fn axis(&self, gear: Gear) -> Vector3<f64> {
         match gear {
             Gear::Driver => Vector3::new(-self.center_distance, 0.0, 0.0),
             Gear::Follower => Vector3::zeros(),
         }
     }
 
-    fn hub_radius(&self, gear: Gear) -> f64 {
+    pub(super) fn hub_radius(&self, gear: Gear) -> f64 {
         match gear {
             Gear::Driver => self.envelope.driver_hub_radius,
             Gear::Follower => self.envelope.follower_hub_radius,
@@ -140,7 +194,7 @@ impl Scene {
 
     /// Rib from a bead down to the hub.
     fn rib(&self, bead: &[Vector3<f64>], axis: Vector3<f64>, hub: f64) -> Vec<Vector3<f64>> {
-        let spacing = 1.6 * self.radii.rib;
+        let spacing = self.rib_spacing();
         let mut rib = Vec::with_capacity(8 * bead.len());
         for bead in bead {
             let outward = (bead - axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
@@ -180,16 +234,9 @@ impl Scene {
     /// Whether no tooth sinks into its mate or the mate's rib, see [`Mates`].
     fn mates_clear(&self, band: &Band, grid: &Grid) -> bool {
         let radius = self.bead_depths[0];
-        let bead = |j: usize, gear: Gear| {
-            Bead::new(band.bead_axis(grid, j, gear, radius, 1), self.axis(gear))
-        };
         (0..band.teeth.len()).all(|j| {
-            let mates = Mates {
-                driver: bead(j, Gear::Driver),
-                follower: bead(j, Gear::Follower),
-                radius,
-                rib_radius: self.radii.rib,
-            };
+            let gears = [Gear::Driver, Gear::Follower];
+            let mates = self.mate(gears.map(|gear| band.bead_axis(grid, j, gear, radius, 1)));
             let near = |phase: &&Phase| phase.meshing[j];
             self.phases
                 .iter()
@@ -206,7 +253,7 @@ impl Scene {
             let bead = band.bead_axis(grid, j, gear, middle, self.stride);
             bead.iter().map(|p| p - axis).collect()
         });
-        Fins::new(beads, self.center_distance)
+        Fins::new(beads, self.fin_radius())
     }
 
     /// Driver balls against the follower's hub (an endless cylinder) and the socket ring, and within the
@@ -323,14 +370,16 @@ impl Scene {
     /// Whether driver teeth of either band stay clear of follower teeth of the other, and the fins of
     /// both stand apart on their gears.
     pub fn compatible(&self, a: &Swept, b: &Swept) -> bool {
-        let limit = self.bead_depths.last().map_or(0.0, |d| d + self.radii.bead) + self.gap;
-        a.compatible(b, self.gap, limit)
+        a.compatible(b, self.gap, self.fins_limit())
     }
 }
 
 /// Driver teeth end within this share of L from their axis; what of the follower stays outside needs
 /// no test.
-const REACH: f64 = 0.84;
+pub(super) const REACH: f64 = 0.84;
+
+/// Radius on which fins are unrolled, as a share of the centre distance: half way up a fin.
+const FIN_RADIUS: f64 = 0.36;
 
 /// Teeth further than this from their contact are behind their gear, rad.
 const MESH_WINDOW: f64 = 1.3;
@@ -341,16 +390,18 @@ fn gcd(a: usize, b: usize) -> usize {
 
 /// Whether a point (relative to the joint centre) is nearer than `limit` to socket ring or arm.
 fn near_joint(joint: &BallJoint, p: Vector3<f64>, limit: f64) -> bool {
-    // Of an infinite block whose corner is at 0: outside it the distance, inside the depth is negative.
-    let near = |dx: f64, dz: f64| match dx <= 0.0 && dz <= 0.0 {
-        true => dx.max(dz) < limit,
-        false => dx.max(0.0).powi(2) + dz.max(0.0).powi(2) < limit * limit,
+    let highest = joint.ring_half_height.max(joint.arm_half_height);
+    p.z.abs() - highest < limit && joint_distance(joint, p) < limit
+}
+
+/// Distance of a point (relative to the joint centre) from socket ring and arm, negative inside, mm.
+pub(super) fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
+    // Of an infinite block whose corner is at 0.
+    let block = |dx: f64, dz: f64| match dx <= 0.0 && dz <= 0.0 {
+        true => dx.max(dz),
+        false => dx.max(0.0).hypot(dz.max(0.0)),
     };
-    let over_ring = p.z.abs() - joint.ring_half_height;
-    let over_arm = p.z.abs() - joint.arm_half_height;
-    if over_ring.min(over_arm) >= limit {
-        return false;
-    }
     let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
-    near(p.x.hypot(p.y) - joint.ring_radius, over_ring) || near(across, over_arm)
+    let ring = block(p.x.hypot(p.y) - joint.ring_radius, p.z.abs() - joint.ring_half_height);
+    ring.min(block(across, p.z.abs() - joint.arm_half_height))
 }

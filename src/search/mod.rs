@@ -6,15 +6,20 @@ pub mod clearance;
 mod field;
 mod infeasible;
 mod mates;
+mod near;
 mod paper;
 pub mod paper_search;
 pub mod polish;
+mod program;
 pub mod select;
 pub mod slsqp;
 pub mod swept;
+mod tooth;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+
+use rayon::prelude::*;
 
 use crate::motion::Motion;
 use crate::settings::{PairCount, Settings};
@@ -255,7 +260,7 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
             choice
                 .bands
                 .iter()
-                .map(|&i| candidates[i].clone())
+                .map(|&i| candidates[i].law.clone())
                 .collect()
         };
         let mut teams: Vec<Team> = distinct(&choices, plan.polished)
@@ -265,7 +270,7 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
         let stopped = polish(
             &mut teams,
             &workshop,
-            (seed, plan.generations),
+            plan.generations,
             &mut |done, q| tell(POLISH, done, usable, Some(q)),
         );
         best.extend(teams);
@@ -288,7 +293,7 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
     let choices = best
         .into_iter()
         .take(FINALISTS)
-        .map(|team| (team.bands.into_iter().map(|b| b.law).collect(), team.q))
+        .map(|team| (team.bands, team.q))
         .collect();
     Ok(Found {
         choices,
@@ -442,19 +447,27 @@ impl Drawn {
     }
 }
 
-/// Polishes one team after the other; `Break` when `tell` breaks.
+/// Polishes the teams side by side; `Break` when `tell` breaks.
 fn polish(
     teams: &mut [Team],
     workshop: &Workshop,
-    (seed, generations): (u64, usize),
+    rounds: usize,
     tell: &mut dyn FnMut(f64, f64) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let work = (teams.len() * generations) as f64;
-    for i in 0..teams.len() {
-        for generation in 0..generations {
-            let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
-            tell((i * generations + generation) as f64 / work, q)?;
-            teams[i].improve(workshop, seed.wrapping_add(i as u64));
+    for round in 0..rounds {
+        let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
+        tell(round as f64 / rounds as f64, q)?;
+        teams
+            .par_iter_mut()
+            .filter(|team| !team.is_done())
+            .for_each(|team| {
+                team.improve(workshop);
+            });
+        if std::env::var("POLISH").is_ok() {
+            eprintln!("{round} {}", teams.iter().map(|t| t.to_string()).collect::<Vec<_>>().join(" | "));
+        }
+        if teams.iter().all(Team::is_done) {
+            break;
         }
     }
     ControlFlow::Continue(())

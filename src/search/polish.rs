@@ -1,183 +1,287 @@
-//! Joint polish of K chosen bands: an evolution strategy on all their design variables that accepts
-//! only feasible improvements of min Q, so its result is never worse than its start.
+//! Joint polish of K chosen bands: a sequence of linear programs moves all design variables of all
+//! bands together. A step counts only when what was newly traced and measured is better, so that the
+//! result is never worse than its start.
 
-use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Workshop};
+use super::near::Place;
+use super::program::{Program, Row, Step};
 use super::select::min_q;
-use crate::closure::Wrench;
-use crate::sub_gear::BandLaw;
+use super::tooth::{self, Tooth, VARIABLES};
+use crate::closure::{Wrench, facets};
+use crate::sub_gear::{BandLaw, OWN, SKETCH};
 
 /// Chosen bands and their min Q.
 #[derive(Debug, Clone)]
 pub struct Team {
-    /// The K bands.
-    pub bands: Vec<Candidate>,
-    /// Smallest Q over the workshop's phases.
+    /// Laws of the best K bands so far.
+    pub bands: Vec<BandLaw>,
+    /// Their smallest Q over the workshop's phases.
     pub q: f64,
     /// Room that a band may take, mm: that of the tallest at the start.
     height: f64,
+    /// Where the steps have led, and how far the next may go.
+    here: Option<State>,
     step: f64,
-    generation: u64,
 }
 
-/// Proposals a generation; fixed, so that the result does not depend on the number of threads.
-const PROPOSALS: usize = 16;
+/// Bands as they were traced.
+#[derive(Debug, Clone)]
+struct State {
+    bands: Vec<BandLaw>,
+    teeth: Vec<Vec<Tooth>>,
+    q: f64,
+    /// Worst violation of a limit.
+    violation: f64,
+}
+
+/// Largest step, in natural sizes; steps below the least are not worth their time.
+const LARGEST: f64 = 1.0;
+const LEAST: f64 = 0.01;
+
+/// Violation of a limit that does not count, mm: below what the sampling of phases and stations leaves
+/// unknown.
+const TOLERANCE: f64 = 0.01;
+
+/// Hold, as a share of the unit, that a violation of 1 mm is worth.
+const PRICE: f64 = 4.0;
 
 impl Team {
     /// Starts from compatible bands.
-    pub fn new(workshop: &Workshop, bands: Vec<Candidate>) -> Team {
-        let q = team_q(
-            workshop,
-            bands.iter().map(|b| b.wrenches.as_slice()),
-            f64::NEG_INFINITY,
-        );
+    pub fn new(workshop: &Workshop, bands: Vec<BandLaw>) -> Team {
+        let heights = bands.iter().map(|law| tooth::height(workshop, law));
+        let height = heights.fold(0.0, f64::max) + 1e-6;
+        let here = State::new(workshop, bands.clone(), height);
+        let here = here.map(|s| s.measured(workshop));
         Team {
-            height: bands.iter().map(|b| workshop.height(b)).fold(0.0, f64::max),
+            q: here.as_ref().map_or(f64::NEG_INFINITY, |s| s.q),
             bands,
-            q,
-            step: 1.0,
-            generation: 0,
+            height,
+            here,
+            step: 0.3,
+        }
+    }
+
+    /// Whether no step promises anything.
+    pub fn is_done(&self) -> bool {
+        self.here.is_none() || self.step < LEAST
+    }
+
+    /// One step. Returns whether it was taken.
+    pub fn improve(&mut self, workshop: &Workshop) -> bool {
+        let Some(here) = &self.here else { return false };
+        let price = PRICE * workshop.hold_unit();
+        let merit = |q: f64, violation: f64| q - price * (violation - TOLERANCE).max(0.0);
+        let Some(program) = here.program(workshop, (self.height, self.step)) else {
+            self.here = None;
+            return false;
+        };
+        let now = merit(here.q, here.violation);
+        loop {
+            let Some(step) = program.solve(self.step, price) else {
+                self.step *= 0.25;
+                if self.step < LEAST {
+                    return false;
+                }
+                continue;
+            };
+            let promised = merit(step.hold, step.violation) - now;
+            if promised < 1e-4 * workshop.hold_unit() {
+                self.step = 0.0;
+                return false;
+            }
+            let next = here.after(workshop, &step, self.height);
+            let gained = next.as_ref().map_or(f64::NEG_INFINITY, |next| {
+                merit(next.q, next.violation) - now
+            });
+            let Some(next) = next.filter(|_| gained > 0.1 * promised) else {
+                self.step *= 0.4;
+                if self.step < LEAST {
+                    return false;
+                }
+                continue;
+            };
+            if gained > 0.6 * promised {
+                self.step = (2.0 * self.step).min(LARGEST);
+            }
+            if next.violation <= TOLERANCE && next.q > self.q {
+                self.q = next.q;
+                self.bands = next.bands.clone();
+            }
+            self.here = Some(next);
+            return true;
         }
     }
 
     /// This team and the one of `candidates` that goes with all of its bands and adds most to Q; `None`
     /// when none fits.
     pub fn grow(&self, workshop: &Workshop, candidates: &[Candidate]) -> Option<Team> {
-        let q = |i: usize| {
-            let team = self.bands.iter().chain([&candidates[i]]);
-            team_q(
-                workshop,
-                team.map(|b| b.wrenches.as_slice()),
-                f64::NEG_INFINITY,
-            )
-        };
-        let fits: Vec<Option<f64>> = (0..candidates.len())
-            .into_par_iter()
-            .map(|i| {
-                let swept = &candidates[i].swept;
-                let mut others = self.bands.iter();
-                let fits = others.all(|b| workshop.scene.compatible(&b.swept, swept));
-                fits.then(|| q(i))
-            })
-            .collect();
-        let fits = fits
-            .iter()
-            .enumerate()
-            .filter_map(|(i, q)| Some((i, (*q)?)));
-        let (best, _) = fits.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
-        let bands = self.bands.iter().chain([&candidates[best]]);
-        Some(Team::new(workshop, bands.cloned().collect()))
-    }
-
-    /// One generation: the best feasible proposal replaces its band. Returns whether Q grew.
-    pub fn improve(&mut self, workshop: &Workshop, seed: u64) -> bool {
-        let best = (0..PROPOSALS)
-            .into_par_iter()
-            .filter_map(|i| {
-                self.propose(workshop, seed, i)
-                    .map(|(slot, c, q)| (i, slot, c, q))
-            })
-            .max_by(|a, b| a.3.total_cmp(&b.3).then(b.0.cmp(&a.0)));
-        self.generation += 1;
-        match best {
-            Some((_, slot, candidate, q)) => {
-                self.bands[slot] = candidate;
-                self.q = q;
-                self.step = (self.step * 1.25).min(2.0);
-                true
-            }
-            None => {
-                self.step = (self.step * 0.93).max(0.01);
-                false
-            }
-        }
-    }
-
-    fn propose(&self, workshop: &Workshop, seed: u64, i: usize) -> Option<(usize, Candidate, f64)> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream((2 << 40) + self.generation * PROPOSALS as u64 + i as u64);
-        let slot = rng.random_range(0..self.bands.len());
-        let law = mutate(
-            &mut rng,
-            self.bands[slot].law.clone(),
-            self.step,
-            workshop.scale(),
-        );
-        let band = workshop.trace(law).ok()?;
-        let wrenches = workshop.wrenches(&band);
-        let team = self.bands.iter().enumerate().map(|(s, b)| {
-            if s == slot {
-                wrenches.as_slice()
-            } else {
-                b.wrenches.as_slice()
-            }
-        });
-        let q = team_q(workshop, team, self.q);
-        if q <= self.q {
-            return None;
-        }
-        let candidate = workshop.finish(&band).ok()?;
-        if workshop.height(&candidate) > self.height {
-            return None;
-        }
-        let fits = self
+        let own: Vec<Vec<Wrench>> = self
             .bands
             .iter()
-            .enumerate()
-            .all(|(s, b)| s == slot || workshop.scene.compatible(&b.swept, &candidate.swept));
-        fits.then_some((slot, candidate, q))
+            .map(|law| workshop.wrenches(&workshop.trace(law.clone()).ok()?).into())
+            .collect::<Option<_>>()?;
+        let q = |i: usize| {
+            let team = own.iter().map(Vec::as_slice);
+            team_q(workshop, team.chain([candidates[i].wrenches.as_slice()]))
+        };
+        let mut order: Vec<(f64, usize)> = (0..candidates.len())
+            .into_par_iter()
+            .map(|i| (q(i), i))
+            .collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let team = |&(_, i): &(f64, usize)| {
+            let bands = self.bands.iter().chain([&candidates[i].law]);
+            Team::new(workshop, bands.cloned().collect())
+        };
+        let fits = |team: &Team| {
+            let here = team.here.as_ref();
+            here.is_some_and(|s| s.violation <= workshop.scene.gap())
+        };
+        order.iter().map(team).find(fits)
     }
 }
 
-fn team_q<'a>(workshop: &Workshop, team: impl Iterator<Item = &'a [Wrench]>, floor: f64) -> f64 {
-    let team: Vec<&[Wrench]> = team.collect();
-    let phases: Vec<usize> = (0..team.first().map_or(0, |w| w.len())).collect();
-    min_q(&team, &phases, workshop.class.dof(), floor)
+impl std::fmt::Display for Team {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (q, v) = self.here.as_ref().map_or((f64::NAN, f64::NAN), |s| (s.q, s.violation));
+        write!(f, "{:.3} {q:.3} v{v:.3} s{:.2}", self.q, self.step)
+    }
 }
 
-/// Changes about a third of the design variables by normal steps of natural size × `step`.
-pub(super) fn mutate(rng: &mut impl Rng, mut law: BandLaw, step: f64, scale: f64) -> BandLaw {
-    let nudge = |rng: &mut dyn Rng, x: &mut f64, size: f64, share: f64| {
-        if rng.random::<f64>() < share {
-            // Sum of uniforms: close to normal, bounded.
-            let draw: f64 = (0..4).map(|_| rng.random::<f64>() - 0.5).sum::<f64>() * 1.7;
-            *x += draw * size * step;
-        }
-    };
-    let t = &mut law.sketch;
-    for (x, size) in [
-        (&mut t.alpha, 0.1),
-        (&mut t.roll, 0.1),
-        (&mut t.alpha_change, 0.1),
-        (&mut t.beta_change, 0.1),
-        (&mut t.z, 0.8 * scale),
-        (&mut t.travel, 0.8 * scale),
-        (&mut t.offset, 0.3 * scale),
-        (&mut t.ride, 0.15),
-        (&mut t.stay, 0.15),
-    ] {
-        nudge(rng, x, size, 0.35);
+impl State {
+    /// Traces `bands` and takes their hold; what they violate is not known yet. `None` where one
+    /// degenerates.
+    fn new(workshop: &Workshop, bands: Vec<BandLaw>, height: f64) -> Option<State> {
+        let teeth = bands
+            .par_iter()
+            .map(|law| tooth::teeth(workshop, law, height))
+            .collect::<Option<Vec<_>>>()?;
+        let wrenches: Vec<Vec<Wrench>> = teeth
+            .iter()
+            .map(|band| band.iter().flat_map(|t| t.wrenches.iter().copied()).collect())
+            .collect();
+        let q = team_q(workshop, wrenches.iter().map(Vec::as_slice));
+        Some(State {
+            bands,
+            teeth,
+            q,
+            violation: f64::NAN,
+        })
     }
-    // Single teeth, in some of the proposals: a stretch of neighbours moves together.
-    if rng.random::<f64>() < 0.6 {
-        let teeth = law.shifts.len();
-        let (first, length) = (
-            rng.random_range(0..teeth),
-            rng.random_range(1..=teeth / 2 + 1),
-        );
-        for (which, size) in [0.08, 0.08, 0.3 * scale, 0.4 * scale]
-            .into_iter()
-            .enumerate()
-        {
-            let mut shift = 0.0;
-            nudge(rng, &mut shift, size, 0.4);
-            for j in first..first + length {
-                law.shifts[j % teeth][which] += shift;
+
+    /// With the worst violation.
+    fn measured(mut self, workshop: &Workshop) -> State {
+        let slacks = self.teeth.iter().flatten().flat_map(|t| &t.slacks);
+        let own = slacks.copied().fold(0.0, f64::min);
+        let places = workshop.places(&self.teeth, 0.0);
+        let least = places.iter().map(|p| p.slack).fold(own, f64::min);
+        self.violation = -least;
+        self
+    }
+
+    /// The state that `step` leads to.
+    fn after(&self, workshop: &Workshop, step: &Step, height: f64) -> Option<State> {
+        let count = self.variables();
+        let bands = self.bands.iter().zip(step.moves.chunks(count));
+        let bands = bands.map(|(law, moves)| tooth::moved(workshop, law, moves));
+        let state = State::new(workshop, bands.collect(), height)?;
+        Some(state.measured(workshop))
+    }
+
+    /// Design variables of a band.
+    fn variables(&self) -> usize {
+        SKETCH + OWN * self.teeth[0].len()
+    }
+
+    /// Where a variable of tooth `j` of band `b` stands in the program.
+    fn column(&self, b: usize, j: usize, v: usize) -> usize {
+        let own = if v < SKETCH { 0 } else { OWN * j };
+        b * self.variables() + own + v
+    }
+
+    /// Everything that a step of up to `step` natural sizes has to heed.
+    fn program(&self, workshop: &Workshop, (height, step): (f64, f64)) -> Option<Program> {
+        let teeth: Vec<(usize, usize)> = (0..self.bands.len())
+            .flat_map(|b| (0..self.teeth[b].len()).map(move |j| (b, j)))
+            .collect();
+        let flat: Option<Vec<Vec<Tooth>>> = teeth
+            .par_iter()
+            .map(|&(b, j)| self.teeth[b][j].slopes(workshop, j, &self.bands[b], height))
+            .collect();
+        let flat = flat?;
+        let slopes: Vec<&[Vec<Tooth>]> = flat.chunks(self.teeth[0].len()).collect();
+        let mut limits: Vec<Row> = Vec::new();
+        for &(b, j) in &teeth {
+            for (i, &value) in self.teeth[b][j].slacks.iter().enumerate() {
+                let slope = (0..VARIABLES).map(|v| (self.column(b, j, v), slopes[b][j][v].slacks[i]));
+                limits.push(Row {
+                    value,
+                    slope: slope.collect(),
+                });
             }
         }
+        let window = WINDOW * step * workshop.scale();
+        let places = workshop.places(&self.teeth, window);
+        limits.extend(places.iter().map(|place| self.row(place, &slopes)));
+        Some(Program {
+            variables: self.bands.len() * self.variables(),
+            holds: self.holds(workshop, &slopes),
+            limits,
+        })
     }
-    law
+
+    fn row(&self, place: &Place, slopes: &[&[Vec<Tooth>]]) -> Row {
+        let mut slope: Vec<(usize, f64)> = Vec::with_capacity(2 * VARIABLES);
+        for spot in &place.spots {
+            for (v, by) in slopes[spot.band][spot.tooth].iter().enumerate() {
+                let column = self.column(spot.band, spot.tooth, v);
+                let change = spot.change(by);
+                match slope.iter_mut().find(|s| s.0 == column) {
+                    Some(entry) => entry.1 += change,
+                    None => slope.push((column, change)),
+                }
+            }
+        }
+        Row {
+            value: place.slack,
+            slope,
+        }
+    }
+
+    /// Facets at all phases.
+    fn holds(&self, workshop: &Workshop, slopes: &[&[Vec<Tooth>]]) -> Vec<Row> {
+        let dof = workshop.class.dof();
+        let mut rows = Vec::new();
+        for j in 0..self.teeth[0].len() {
+            for i in 0..self.teeth[0][j].wrenches.len() {
+                let wrenches: Vec<Wrench> = self.teeth.iter().map(|t| t[j].wrenches[i]).collect();
+                for facet in facets(&wrenches, dof) {
+                    let slope = facet.weights.iter().flat_map(|&(b, weight)| {
+                        let tooth = &slopes[b][j];
+                        (0..VARIABLES).map(move |v| {
+                            let by = &tooth[v].wrenches[i];
+                            let along: f64 = facet.normal.iter().zip(by).map(|(n, w)| n * w).sum();
+                            (self.column(b, j, v), weight * along)
+                        })
+                    });
+                    rows.push(Row {
+                        value: facet.distance,
+                        slope: slope.collect(),
+                    });
+                }
+            }
+        }
+        rows
+    }
+}
+
+/// Gaps that a step of one natural size may use up, mm at L = 25.
+const WINDOW: f64 = 1.5;
+
+fn team_q<'a>(workshop: &Workshop, team: impl Iterator<Item = &'a [Wrench]>) -> f64 {
+    let team: Vec<&[Wrench]> = team.collect();
+    let phases: Vec<usize> = (0..team.first().map_or(0, |w| w.len())).collect();
+    min_q(&team, &phases, workshop.class.dof(), f64::NEG_INFINITY)
 }

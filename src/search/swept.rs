@@ -24,13 +24,9 @@ pub(super) struct Fins {
     turn: f64,
 }
 
-/// Radius on which fins are unrolled, as a share of the centre distance: half way up a fin.
-const FIN_RADIUS: f64 = 0.36;
-
 impl Fins {
-    /// Unrolls the bead axes of all teeth, points relative to the gear's axis.
-    pub fn new(beads: impl Iterator<Item = Vec<Vector3<f64>>>, center_distance: f64) -> Fins {
-        let radius = FIN_RADIUS * center_distance;
+    /// Unrolls the bead axes of all teeth on a cylinder, points relative to the gear's axis.
+    pub fn new(beads: impl Iterator<Item = Vec<Vector3<f64>>>, radius: f64) -> Fins {
         let unrolled = |p: &Vector3<f64>| [radius * p.y.atan2(p.x), p.z];
         let teeth: Vec<Vec<[f64; 2]>> = beads
             .map(|bead| bead.iter().map(unrolled).collect())

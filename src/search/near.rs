@@ -1,0 +1,616 @@
+//! Where the teeth of a choice come nearest to each other, to hubs and to the joint: teeth as bars with
+//! walls under them, like the balls of the collision model but without a field between. Each place
+//! tells which points of which teeth meet there and in which direction they part, so that its gap can be
+//! followed when the teeth change.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::clearance::{Phase, REACH, Scene, joint_distance};
+use super::mates;
+use super::tooth::Tooth;
+use crate::design::Gear;
+use crate::motion::Pose;
+
+/// A point of a tooth or its rib.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spot {
+    pub band: usize,
+    pub tooth: usize,
+    /// 0 the driver's, 1 the follower's.
+    pub gear: usize,
+    /// Of the bead's axis: layer, station and the share of the way to the next station.
+    pub layer: usize,
+    pub station: usize,
+    pub along: f64,
+    /// Distance from the gear's axis as a share of the bead's.
+    pub share: f64,
+    /// Change of the gap per mm of displacement, in the frame of the gear.
+    pub way: Vector3<f64>,
+}
+
+/// A place where a gap is small.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// What is left above the gap wanted, mm.
+    pub slack: f64,
+    pub spots: Vec<Spot>,
+}
+
+/// A station of a tooth on one gear: its bead's points by layer and the rib's lower and upper end.
+struct Spoke {
+    beads: Vec<Vector3<f64>>,
+    rib: Option<[Rung; 2]>,
+}
+
+/// A point of a rib with its share of the bead's distance from the axis.
+#[derive(Clone, Copy)]
+struct Rung {
+    at: Vector3<f64>,
+    share: f64,
+}
+
+/// A tooth on one gear.
+struct Body {
+    spokes: Vec<Spoke>,
+    /// Of all points, in the frame of the gear.
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+}
+
+/// Teeth of all bands on one gear, by band and tooth.
+type Bodies = Vec<Vec<Body>>;
+
+impl Scene {
+    /// All places whose slack is below `window` (mm): the nearest of each tooth, or pair of teeth, at
+    /// each phase.
+    pub(super) fn places(&self, bands: &[Vec<Tooth>], spacing: f64, window: f64) -> Vec<Place> {
+        let gears = [Gear::Driver, Gear::Follower];
+        let [driver, follower] = gears.map(|gear| -> Bodies {
+            let band = |band: &Vec<Tooth>| band.iter().map(|t| self.body(t, gear)).collect();
+            bands.iter().map(band).collect()
+        });
+        let count = bands.len();
+        let pairs: Vec<(usize, usize)> = (0..count)
+            .flat_map(|a| (0..count).map(move |b| (a, b)))
+            .collect();
+        let mut places: Vec<Place> = pairs
+            .par_iter()
+            .flat_map_iter(|&(a, b)| self.between((a, &driver[a]), (b, &follower[b]), window))
+            .collect();
+        places.par_extend((0..count).into_par_iter().flat_map_iter(|b| {
+            let mut own = self.mates(b, &bands[b], window);
+            own.extend(self.hubs(b, [&driver[b], &follower[b]], window));
+            own.extend(self.joint(b, [&driver[b], &follower[b]], window));
+            own.extend(self.neighbours(b, &bands[b], spacing, window));
+            own
+        }));
+        places.par_extend(pairs.par_iter().filter(|(a, b)| a < b).flat_map_iter(|&(a, b)| {
+            self.fins_apart((a, &bands[a]), (b, &bands[b]), window)
+        }));
+        places
+    }
+
+    fn body(&self, tooth: &Tooth, gear: Gear) -> Body {
+        let (axis, hub) = (self.axis(gear), self.hub_radius(gear));
+        let layers = &tooth.beads[gear as usize];
+        let spokes: Vec<Spoke> = (0..layers[0].len())
+            .step_by(self.stride())
+            .map(|i| {
+                let bead = layers[0][i];
+                let radius = (bead - axis).xy().norm();
+                let top = radius - self.rib_spacing();
+                let rung = |at: f64| {
+                    let share = at / radius;
+                    let mut point = axis + (bead - axis) * share;
+                    point.z = bead.z;
+                    Rung { at: point, share }
+                };
+                Spoke {
+                    beads: layers.iter().map(|layer| layer[i]).collect(),
+                    rib: (top > hub).then(|| [rung(hub), rung(top)]),
+                }
+            })
+            .collect();
+        let mut low = spokes[0].beads[0];
+        let mut high = low;
+        for spoke in &spokes {
+            let rib = spoke.rib.iter().flatten().map(|r| &r.at);
+            for p in spoke.beads.iter().chain(rib) {
+                (low, high) = (low.inf(p), high.sup(p));
+            }
+        }
+        Body { spokes, low, high }
+    }
+
+    /// Driver teeth of band `a` and follower teeth of band `b`, but for mates.
+    fn between(
+        &self,
+        (a, driver): (usize, &Vec<Body>),
+        (b, follower): (usize, &Vec<Body>),
+        window: f64,
+    ) -> Vec<Place> {
+        let mut places = Vec::new();
+        let reach = 2.0 * self.radii().bead.max(self.radii().rib) + self.gap() + window;
+        for phase in self.phases() {
+            for (k, other) in follower.iter().enumerate() {
+                if !phase.meshing[k] {
+                    continue;
+                }
+                let seen = other.seen(&phase.follower_in_driver);
+                for (j, tooth) in driver.iter().enumerate() {
+                    let near = phase.meshing[j] && !(a == b && j == k);
+                    if !near || !seen.may_reach(tooth, reach) {
+                        continue;
+                    }
+                    let Some(meeting) = self.meeting(tooth, &seen, window) else {
+                        continue;
+                    };
+                    let back = phase.follower_in_driver.rotation.transpose();
+                    let spot = |(band, tooth, gear): (usize, usize, usize), s: Site, way| Spot {
+                        band,
+                        tooth,
+                        gear,
+                        layer: s.layer,
+                        station: s.spoke * self.stride(),
+                        along: 0.0,
+                        share: s.share,
+                        way,
+                    };
+                    places.push(Place {
+                        slack: meeting.slack,
+                        spots: vec![
+                            spot((a, j, 0), meeting.sites[0], -meeting.way),
+                            spot((b, k, 1), meeting.sites[1], back * meeting.way),
+                        ],
+                    });
+                }
+            }
+        }
+        places
+    }
+
+    /// Where two teeth are nearest, if their slack is below `window`.
+    fn meeting(&self, tooth: &Body, other: &Body, window: f64) -> Option<Meeting> {
+        let radii = self.radii();
+        let mut nearest: Option<Meeting> = None;
+        let mut least = window;
+        let thickest = 2.0 * radii.bead.max(radii.rib) + self.gap();
+        for (i, s) in tooth.spokes.iter().enumerate() {
+            for (k, o) in other.spokes.iter().enumerate() {
+                // Spokes are level in their gears, so most pairs are apart in height.
+                let (low, high) = o.heights();
+                let (own_low, own_high) = s.heights();
+                let apart = (low - own_high).max(own_low - high);
+                if apart - thickest >= least {
+                    continue;
+                }
+                let mut note = |p: Vector3<f64>, q: Vector3<f64>, radius: f64, sites: [Site; 2]| {
+                    let d = q - p;
+                    let distance = d.norm();
+                    let slack = distance - radius - self.gap();
+                    if slack < least && distance > 0.0 {
+                        least = slack;
+                        nearest = Some(Meeting {
+                            slack,
+                            way: d / distance,
+                            sites,
+                        });
+                    }
+                };
+                let site = |spoke: usize, layer: usize, share: f64| Site {
+                    spoke,
+                    layer,
+                    share,
+                };
+                for (x, p) in s.beads.iter().enumerate() {
+                    for (y, q) in o.beads.iter().enumerate() {
+                        note(*p, *q, 2.0 * radii.bead, [site(i, x, 1.0), site(k, y, 1.0)]);
+                    }
+                    if let Some(rib) = &o.rib {
+                        let (q, share) = foot(*p, rib);
+                        note(*p, q, radii.bead + radii.rib, [site(i, x, 1.0), site(k, 0, share)]);
+                    }
+                }
+                if let Some(rib) = &s.rib {
+                    for (y, q) in o.beads.iter().enumerate() {
+                        let (p, share) = foot(*q, rib);
+                        note(p, *q, radii.bead + radii.rib, [site(i, 0, share), site(k, y, 1.0)]);
+                    }
+                    if let Some(other) = &o.rib {
+                        let [(p, u), (q, v)] = feet(rib, other);
+                        note(p, q, 2.0 * radii.rib, [site(i, 0, u), site(k, 0, v)]);
+                    }
+                }
+            }
+        }
+        nearest
+    }
+
+    /// Each tooth against its mate.
+    fn mates(&self, b: usize, band: &[Tooth], window: f64) -> Vec<Place> {
+        let spot = |tooth: usize, gear: usize, (station, along, share), way| Spot {
+            band: b,
+            tooth,
+            gear,
+            layer: 0,
+            station,
+            along,
+            share,
+            way,
+        };
+        let mut places = Vec::new();
+        for (j, tooth) in band.iter().enumerate() {
+            let pair = self.mate(tooth.beads.each_ref().map(|layers| layers[0].clone()));
+            for phase in self.phases().iter().filter(|p| p.meshing[j]) {
+                let poses = [&phase.follower_in_driver, &phase.driver_in_follower];
+                for meeting in pair.meetings(poses) {
+                    if meeting.slack >= window {
+                        continue;
+                    }
+                    let mates::Meeting { slack, at, way } = meeting;
+                    let back = phase.follower_in_driver.rotation.transpose();
+                    places.push(Place {
+                        slack,
+                        spots: vec![
+                            spot(j, 0, at[0], -way),
+                            spot(j, 1, at[1], back * way),
+                        ],
+                    });
+                }
+            }
+        }
+        places
+    }
+
+    /// Beads of each gear against the other gear's hub, and the driver's within its reach.
+    fn hubs(&self, b: usize, bodies: [&Vec<Body>; 2], window: f64) -> Vec<Place> {
+        let radius = self.radii().bead;
+        let mut places = Vec::new();
+        for gear in [Gear::Driver, Gear::Follower] {
+            let other = match gear {
+                Gear::Driver => Gear::Follower,
+                Gear::Follower => Gear::Driver,
+            };
+            let (axis, hub) = (self.axis(other), self.hub_radius(other));
+            let pose = |phase: &Phase| match gear {
+                Gear::Driver => phase.driver_in_follower,
+                Gear::Follower => phase.follower_in_driver,
+            };
+            let own = self.axis(gear);
+            for (j, body) in bodies[gear as usize].iter().enumerate() {
+                let near: Vec<Pose> = self.phases().iter().filter(|p| p.meshing[j]).map(pose).collect();
+                for (i, spoke) in body.spokes.iter().enumerate() {
+                    let bead = spoke.beads[0];
+                    let mut nearest: Option<(f64, Vector3<f64>)> = None;
+                    for pose in &near {
+                        let level = (pose.apply(bead) - axis).component_mul(&LEVEL);
+                        let away = level.norm();
+                        if nearest.is_none_or(|n| away < n.0) && away > 0.0 {
+                            nearest = Some((away, pose.rotation.transpose() * (level / away)));
+                        }
+                    }
+                    let mut note = |slack: f64, way: Vector3<f64>| {
+                        if slack < window {
+                            let spot = Spot {
+                                band: b,
+                                tooth: j,
+                                gear: gear as usize,
+                                layer: 0,
+                                station: i * self.stride(),
+                                along: 0.0,
+                                share: 1.0,
+                                way,
+                            };
+                            places.push(Place { slack, spots: vec![spot] });
+                        }
+                    };
+                    if let Some((away, way)) = nearest {
+                        note(away - hub - self.gap() - radius, way);
+                    }
+                    if gear == Gear::Driver {
+                        let level = (bead - own).component_mul(&LEVEL);
+                        let away = level.norm();
+                        let reach = REACH * self.center_distance() - self.gap() - radius;
+                        note(reach - away, -level / away);
+                    }
+                }
+            }
+        }
+        places
+    }
+
+    /// Beads and ribs of both gears against socket ring and arm.
+    fn joint(&self, b: usize, bodies: [&Vec<Body>; 2], window: f64) -> Vec<Place> {
+        let Some(joint) = &self.envelope().ball_joint else {
+            return Vec::new();
+        };
+        let radii = self.radii();
+        let mut places = Vec::new();
+        let tallest = joint.ring_half_height.max(joint.arm_half_height) + self.gap() + radii.bead;
+        let (sin, cos) = self.envelope().reach.tilt.sin_cos();
+        for gear in [Gear::Driver, Gear::Follower] {
+            for (j, body) in bodies[gear as usize].iter().enumerate() {
+                for (i, spoke) in body.spokes.iter().enumerate() {
+                    let bead = spoke.beads[0];
+                    // As far from the plane of the joint as it ever needs to be.
+                    let low = match gear {
+                        Gear::Driver => bead.z.abs() < tallest + window,
+                        Gear::Follower => {
+                            bead.z.abs() * cos < tallest + window + bead.xy().norm() * sin
+                        }
+                    };
+                    if !low {
+                        continue;
+                    }
+                    let mut points = vec![(bead, 1.0, radii.bead)];
+                    if let Some([foot, top]) = spoke.rib {
+                        let steps = ((top.at - foot.at).norm() / self.rib_spacing()).ceil().max(1.0);
+                        points.extend((0..=steps as usize).map(|s| {
+                            let f = s as f64 / steps;
+                            let at = foot.at.lerp(&top.at, f);
+                            (at, foot.share + f * (top.share - foot.share), radii.rib)
+                        }));
+                    }
+                    let mut nearest: Option<(f64, f64, Vector3<f64>, &Pose)> = None;
+                    for phase in self.phases() {
+                        let pose = match gear {
+                            Gear::Driver if !phase.meshing[j] => continue,
+                            Gear::Driver => &phase.driver,
+                            Gear::Follower => &phase.follower,
+                        };
+                        for &(point, share, radius) in &points {
+                            let p = pose.apply(point);
+                            let slack = joint_distance(joint, p) - radius - self.gap();
+                            if slack < nearest.map_or(window, |n| n.0) {
+                                nearest = Some((slack, share, p, pose));
+                            }
+                        }
+                    }
+                    if let Some((slack, share, p, pose)) = nearest {
+                        let way = Vector3::from_fn(|k, _| {
+                            let mut d = Vector3::zeros();
+                            d[k] = 1e-4;
+                            (joint_distance(joint, p + d) - joint_distance(joint, p - d)) / 2e-4
+                        });
+                        let spot = Spot {
+                            band: b,
+                            tooth: j,
+                            gear: gear as usize,
+                            layer: 0,
+                            station: i * self.stride(),
+                            along: 0.0,
+                            share,
+                            way: pose.rotation.transpose() * way,
+                        };
+                        places.push(Place { slack, spots: vec![spot] });
+                    }
+                }
+            }
+        }
+        places
+    }
+
+    /// Bead axes of neighbouring teeth of one gear.
+    fn neighbours(&self, b: usize, band: &[Tooth], spacing: f64, window: f64) -> Vec<Place> {
+        let mut places = Vec::new();
+        for gear in 0..2 {
+            for j in 0..band.len() {
+                let next = (j + 1) % band.len();
+                let [a, o] = [j, next].map(|t| &band[t].beads[gear][0]);
+                for i in (0..a.len()).step_by(NEIGHBOURS) {
+                    let nearest = (0..o.len()).step_by(NEIGHBOURS);
+                    let nearest = nearest.min_by(|x, y| {
+                        let d = |k: usize| (o[k] - a[i]).norm_squared();
+                        d(*x).total_cmp(&d(*y))
+                    });
+                    let Some(k) = nearest else { continue };
+                    let d = o[k] - a[i];
+                    let slack = d.norm() - spacing;
+                    if slack < window {
+                        let way = d.normalize();
+                        let spot = |tooth: usize, station: usize, way| Spot {
+                            band: b,
+                            tooth,
+                            gear,
+                            layer: 0,
+                            station,
+                            along: 0.0,
+                            share: 1.0,
+                            way,
+                        };
+                        places.push(Place {
+                            slack,
+                            spots: vec![spot(j, i, -way), spot(next, k, way)],
+                        });
+                    }
+                }
+            }
+        }
+        places
+    }
+
+    /// Fins of two bands on the same gear, unrolled.
+    fn fins_apart(
+        &self,
+        (a, first): (usize, &[Tooth]),
+        (b, second): (usize, &[Tooth]),
+        window: f64,
+    ) -> Vec<Place> {
+        let limit = self.fins_limit();
+        let radius = self.fin_radius();
+        let turn = std::f64::consts::TAU * radius;
+        let mut places = Vec::new();
+        for gear in [Gear::Driver, Gear::Follower] {
+            let axis = self.axis(gear);
+            let unroll = |band: &[Tooth]| -> Vec<Vec<[f64; 2]>> {
+                let line = |tooth: &Tooth| {
+                    let stations = tooth.beads[gear as usize][0].iter().step_by(self.stride());
+                    let at = |p: &Vector3<f64>| {
+                        let p = p - axis;
+                        [radius * p.y.atan2(p.x), p.z]
+                    };
+                    stations.map(at).collect()
+                };
+                band.iter().map(line).collect()
+            };
+            let (own, other) = (unroll(first), unroll(second));
+            let heights = |line: &[[f64; 2]]| {
+                line.iter().fold([f64::MAX, f64::MIN], |[low, high], p| {
+                    [low.min(p[1]), high.max(p[1])]
+                })
+            };
+            for (j, line) in own.iter().enumerate() {
+                let [low, high] = heights(line);
+                for (k, beside) in other.iter().enumerate() {
+                    let [low_k, high_k] = heights(beside);
+                    if low_k > high + limit + window || high_k < low - limit - window {
+                        continue;
+                    }
+                    let mut nearest: Option<(f64, usize, usize, [f64; 2])> = None;
+                    for (i, p) in line.iter().enumerate() {
+                        for (m, q) in beside.iter().enumerate() {
+                            let mut arc = q[0] - p[0];
+                            arc -= turn * (arc / turn).round();
+                            let z = q[1] - p[1];
+                            let away = arc.hypot(z);
+                            if away < nearest.map_or(limit + window, |n| n.0) && away > 0.0 {
+                                nearest = Some((away, i, m, [arc / away, z / away]));
+                            }
+                        }
+                    }
+                    let Some((away, i, m, [arc, z])) = nearest else {
+                        continue;
+                    };
+                    let spot = |band: usize, tooth: usize, teeth: &[Tooth], station: usize, sign: f64| {
+                        let station = station * self.stride();
+                        let p = teeth[tooth].beads[gear as usize][0][station] - axis;
+                        let around = Vector3::new(-p.y, p.x, 0.0) * (radius / p.xy().norm_squared());
+                        Spot {
+                            band,
+                            tooth,
+                            gear: gear as usize,
+                            layer: 0,
+                            station,
+                            along: 0.0,
+                            share: 1.0,
+                            way: sign * (arc * around + z * Vector3::z()),
+                        }
+                    };
+                    places.push(Place {
+                        slack: away - limit,
+                        spots: vec![spot(a, j, first, i, -1.0), spot(b, k, second, m, 1.0)],
+                    });
+                }
+            }
+        }
+        places
+    }
+}
+
+impl Spot {
+    /// Change of the gap when the tooth changes by `slope`.
+    pub fn change(&self, slope: &Tooth) -> f64 {
+        let line = &slope.beads[self.gear][self.layer];
+        let mut by = line[self.station];
+        if self.along > 0.0 {
+            by = by.lerp(&line[self.station + 1], self.along);
+        }
+        self.share * (self.way.x * by.x + self.way.y * by.y) + self.way.z * by.z
+    }
+}
+
+/// Where a tooth and another meet.
+struct Meeting {
+    slack: f64,
+    /// From the one to the other.
+    way: Vector3<f64>,
+    sites: [Site; 2],
+}
+
+/// A point of a body.
+#[derive(Clone, Copy)]
+struct Site {
+    spoke: usize,
+    layer: usize,
+    share: f64,
+}
+
+impl Body {
+    /// The tooth as seen from the other gear.
+    fn seen(&self, pose: &Pose) -> Body {
+        let spokes: Vec<Spoke> = self
+            .spokes
+            .iter()
+            .map(|s| Spoke {
+                beads: s.beads.iter().map(|p| pose.apply(*p)).collect(),
+                rib: s.rib.map(|rib| {
+                    rib.map(|r| Rung {
+                        at: pose.apply(r.at),
+                        ..r
+                    })
+                }),
+            })
+            .collect();
+        let mut low = spokes[0].beads[0];
+        let mut high = low;
+        for spoke in &spokes {
+            let rib = spoke.rib.iter().flatten().map(|r| &r.at);
+            for p in spoke.beads.iter().chain(rib) {
+                (low, high) = (low.inf(p), high.sup(p));
+            }
+        }
+        Body { spokes, low, high }
+    }
+
+    fn may_reach(&self, other: &Body, reach: f64) -> bool {
+        (0..3).all(|k| {
+            self.low[k] < other.high[k] + reach && self.high[k] > other.low[k] - reach
+        })
+    }
+}
+
+impl Spoke {
+    fn heights(&self) -> (f64, f64) {
+        let rib = self.rib.iter().flatten().map(|r| r.at.z);
+        let all = self.beads.iter().map(|p| p.z).chain(rib);
+        all.fold((f64::MAX, f64::MIN), |(low, high), z| {
+            (low.min(z), high.max(z))
+        })
+    }
+}
+
+/// Point of a rib that is nearest to `p`, with its share.
+fn foot(p: Vector3<f64>, [a, b]: &[Rung; 2]) -> (Vector3<f64>, f64) {
+    let d = b.at - a.at;
+    let f = ((p - a.at).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+    (a.at + d * f, a.share + f * (b.share - a.share))
+}
+
+/// Nearest points of two ribs, with their shares.
+fn feet(one: &[Rung; 2], other: &[Rung; 2]) -> [(Vector3<f64>, f64); 2] {
+    let (d, e) = (one[1].at - one[0].at, other[1].at - other[0].at);
+    let r = one[0].at - other[0].at;
+    let (aa, bb, ab) = (d.norm_squared(), e.norm_squared(), d.dot(&e));
+    let (c, f) = (d.dot(&r), e.dot(&r));
+    let across = aa * bb - ab * ab;
+    let mut s = match across > 1e-9 * aa * bb {
+        true => ((ab * f - c * bb) / across).clamp(0.0, 1.0),
+        false => 0.5,
+    };
+    let mut t = (ab * s + f) / bb;
+    if !(0.0..=1.0).contains(&t) {
+        t = t.clamp(0.0, 1.0);
+        s = ((ab * t - c) / aa).clamp(0.0, 1.0);
+    }
+    let at = |rib: &[Rung; 2], f: f64| {
+        let share = rib[0].share + f * (rib[1].share - rib[0].share);
+        (rib[0].at.lerp(&rib[1].at, f), share)
+    };
+    [at(one, s), at(other, t)]
+}
+
+const LEVEL: Vector3<f64> = Vector3::new(1.0, 1.0, 0.0);
+
+/// Stations between those at which neighbouring teeth are compared.
+const NEIGHBOURS: usize = 3;

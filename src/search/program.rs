@@ -1,0 +1,131 @@
+//! The linear program of one step of the polish: all design variables move at once, within a trust
+//! region, so that the smallest hold grows most while every limit is kept to first order.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus,
+};
+
+/// A quantity and its change by the design variables (index, per natural size).
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    pub value: f64,
+    pub slope: Vec<(usize, f64)>,
+}
+
+impl Row {
+    /// Least value within a step of `step` natural sizes.
+    fn least(&self, step: f64) -> f64 {
+        self.value - step * self.slope.iter().map(|s| s.1.abs()).sum::<f64>()
+    }
+
+    fn after(&self, moves: &[f64]) -> f64 {
+        self.slope
+            .iter()
+            .fold(self.value, |sum, &(v, by)| sum + by * moves[v])
+    }
+}
+
+/// What a step has to heed.
+#[derive(Debug, Default)]
+pub(super) struct Program {
+    /// Number of design variables.
+    pub variables: usize,
+    /// Distances of facets from zero: the least of them is the hold.
+    pub holds: Vec<Row>,
+    /// Slacks of limits.
+    pub limits: Vec<Row>,
+}
+
+/// A step and what the program expects of it.
+#[derive(Debug)]
+pub(super) struct Step {
+    /// Of all design variables, in natural sizes.
+    pub moves: Vec<f64>,
+    /// Expected hold.
+    pub hold: f64,
+    /// Expected worst violation of a limit.
+    pub violation: f64,
+}
+
+impl Program {
+    /// The best step of at most `step` natural sizes in each variable, when a violation of 1 costs as much
+    /// as a hold of `price`; `None` when the solver gives up.
+    pub fn solve(&self, step: f64, price: f64) -> Option<Step> {
+        // Variables: the moves in units of the step, the hold, the worst violation.
+        let (n, hold, violation) = (self.variables + 2, self.variables, self.variables + 1);
+        let least = self.holds.iter().map(|row| row.value).reduce(f64::min)?;
+        let highest = |row: &Row| 2.0 * row.value - row.least(step);
+        let most = self.holds.iter().map(highest).reduce(f64::min)?;
+        let mut matrix = Matrix::default();
+        for row in self.holds.iter().filter(|row| row.least(step) < most) {
+            let slope = row.slope.iter().map(|&(v, by)| (v, -by * step));
+            matrix.push(slope.chain([(hold, 1.0)]), row.value - least);
+        }
+        for row in self.limits.iter().filter(|row| row.least(step) < 0.0) {
+            let slope = row.slope.iter().map(|&(v, by)| (v, -by * step));
+            matrix.push(slope.chain([(violation, -1.0)]), row.value);
+        }
+        for v in 0..self.variables {
+            matrix.push([(v, 1.0)], 1.0);
+            matrix.push([(v, -1.0)], 1.0);
+        }
+        matrix.push([(violation, -1.0)], 0.0);
+        let mut cost = vec![0.0; n];
+        cost[hold] = -1.0;
+        cost[violation] = price;
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .max_iter(60)
+            .tol_gap_abs(1e-5)
+            .tol_gap_rel(1e-5)
+            .tol_feas(1e-6)
+            .build()
+            .ok()?;
+        let (rows, bound) = (matrix.bound.len(), matrix.bound);
+        let a = CscMatrix::new_from_triplets(rows, n, matrix.rows, matrix.columns, matrix.values);
+        let cones = [NonnegativeConeT(rows)];
+        let quadratic = CscMatrix::zeros((n, n));
+        let mut solver = DefaultSolver::new(&quadratic, &cost, &a, &bound, &cones, settings).ok()?;
+        solver.solve();
+        let solution = &solver.solution;
+        let solved = matches!(
+            solution.status,
+            SolverStatus::Solved | SolverStatus::AlmostSolved
+        );
+        if !solved {
+            return None;
+        }
+        let moves = solution.x[..self.variables].iter();
+        let moves: Vec<f64> = moves.map(|x| x.clamp(-1.0, 1.0) * step).collect();
+        let least = |rows: &[Row]| {
+            let after = rows.iter().map(|row| row.after(&moves));
+            after.fold(f64::INFINITY, f64::min)
+        };
+        Some(Step {
+            hold: least(&self.holds),
+            violation: (-least(&self.limits)).max(0.0),
+            moves,
+        })
+    }
+}
+
+/// A sparse matrix as triplets, with the bounds of its rows.
+#[derive(Default)]
+struct Matrix {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+    bound: Vec<f64>,
+}
+
+impl Matrix {
+    fn push(&mut self, row: impl IntoIterator<Item = (usize, f64)>, bound: f64) {
+        for (column, value) in row {
+            self.rows.push(self.bound.len());
+            self.columns.push(column);
+            self.values.push(value);
+        }
+        self.bound.push(bound);
+    }
+}
