@@ -78,48 +78,65 @@ impl Bead {
         self.points.iter().map(place).collect()
     }
 
-    /// Those of `points` that lie between bead and axis, with the pieces of the rib at their height; the
-    /// bead is tested by itself.
+    /// The nearest spot of the rib's middle surface to each of `points` that has less than `near` to spare
+    /// there, with the piece that it is on; only what lies between bead and axis counts, the bead is
+    /// tested by itself.
     fn beside<'a>(
         &'a self,
         points: &'a [Vector3<f64>],
-    ) -> impl Iterator<Item = ((usize, &'a Vector3<f64>), (usize, Beside))> {
-        let level = move |(_, p): &(usize, &Vector3<f64>)| p.z >= self.low && p.z <= self.high;
-        let points = points.iter().enumerate().filter(level);
-        points.flat_map(move |(i, p)| {
-            let squared = p.xy().norm_squared();
-            let pieces = match squared < self.outside {
-                true => &self.pieces[..],
-                false => &[],
-            };
-            let beside = move |(k, s): (usize, &Piece)| Some(((i, p), (k, s.beside(p, squared)?)));
-            pieces.iter().enumerate().filter_map(beside)
+        near: f64,
+    ) -> impl Iterator<Item = (usize, (usize, Beside))> + use<'a> {
+        let reach = near + RIB_GAP + SINK;
+        let level = move |p: &Vector3<f64>| {
+            p.z >= self.low - reach
+                && p.z <= self.high + reach
+                && p.xy().norm_squared() < self.outside
+        };
+        let points = points.iter().enumerate().filter(move |(_, p)| level(p));
+        points.filter_map(move |(i, p)| {
+            let pieces = || self.pieces.iter().enumerate();
+            let mut home = pieces().filter(|(_, s)| s.is_level(p));
+            if !home.all(|(_, s)| s.is_near(p, reach)) {
+                return None;
+            }
+            let close = pieces().filter(|(_, s)| p.z >= s.low - reach && p.z <= s.high + reach);
+            let beside = close.map(|(k, s)| (k, s.beside(p)));
+            let nearest = beside.min_by(|a, b| a.1.spare.total_cmp(&b.1.spare))?;
+            (nearest.1.spare < near).then_some((i, nearest))
         })
     }
 
-    /// Whether all `points` keep `limit` from the middle surface of the rib.
+    /// Whether all `points` keep `limit` from the middle surface of the rib, and [`RIB_GAP`] more where it
+    /// is deep.
     fn rib_clears(&self, points: &[Vector3<f64>], limit: f64) -> bool {
-        self.beside(points)
-            .all(|(_, (_, b))| b.across * b.across > limit * limit * b.edge * b.lean)
+        self.beside(points, limit).next().is_none()
     }
 
-    /// Where the `points` come nearest to the middle surface of the rib: distance, the point, and the
-    /// spot of the rib with the direction from it to the point.
-    fn rib_meets(&self, points: &[Vector3<f64>]) -> Option<(f64, At, At, Vector3<f64>)> {
-        let distance = |b: &Beside| b.across.abs() / (b.edge * b.lean).sqrt();
-        let nearest = self.beside(points);
-        let ((i, p), (k, beside)) =
-            nearest.min_by(|a, b| distance(&a.1.1).total_cmp(&distance(&b.1.1)))?;
-        let (piece, edge) = (&self.pieces[k], beside.edge.sqrt());
-        let share = p.xy().norm() / edge;
-        let at = piece.start + piece.along * beside.along;
-        let outward = Vector3::new(at.x, at.y, 0.0) / edge;
-        let line = piece.along.component_mul(&Vector3::new(share, share, 1.0));
-        let normal = outward.cross(&line).normalize();
-        let to = p - at.component_mul(&Vector3::new(share, share, 1.0));
-        let way = normal * normal.dot(&to).signum();
-        Some((distance(&beside), (i, 0.0, 1.0), (k, beside.along, share), way))
+    /// Where the `points` have less than `near` to spare beside the rib: of each run of points the nearest
+    /// with what it has to spare, the spot of the rib, and the direction from there.
+    fn rib_meets(&self, points: &[Vector3<f64>], near: f64) -> Vec<(f64, At, At, Vector3<f64>)> {
+        let mut nearest: Vec<Option<(usize, Beside)>> = points.iter().map(|_| None).collect();
+        for (i, found) in self.beside(points, near) {
+            nearest[i] = Some(found);
+        }
+        let spare = |n: &Option<(usize, Beside)>| n.as_ref().map_or(f64::INFINITY, |n| n.1.spare);
+        let spares: Vec<f64> = nearest.iter().map(spare).collect();
+        valleys(&spares)
+            .filter_map(|i| {
+                let (k, b) = nearest[i].as_ref()?;
+                Some((b.spare, (i, 0.0, 1.0), (*k, b.along, b.share), b.way))
+            })
+            .collect()
     }
+}
+
+/// Finite values that are no larger than those beside them.
+pub(super) fn valleys(values: &[f64]) -> impl Iterator<Item = usize> {
+    let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::INFINITY);
+    (0..values.len()).filter(move |&i| {
+        let here = values[i];
+        here.is_finite() && here <= at(i.checked_sub(1)) && here < at(Some(i + 1))
+    })
 }
 
 /// A spot of a tooth: station, share of the way to the next one, and distance from the axis as a share
@@ -140,33 +157,56 @@ pub(super) struct Meeting {
 struct Beside {
     /// Share of the piece below the point.
     along: f64,
-    /// Area between the directions of point and piece, whose size over that of the edge is the level
-    /// distance.
-    across: f64,
-    /// Of the piece's bead from the axis, squared.
-    edge: f64,
-    /// Square by which the wall's lean shortens the level distance.
-    lean: f64,
+    /// Distance from the axis of the nearest point of the wall, as a share of the bead's.
+    share: f64,
+    /// Unit vector from there to the point.
+    way: Vector3<f64>,
+    /// Distance to the point, less the gap that is wanted on top of that of bead and bead.
+    spare: f64,
 }
 
 impl Piece {
-    /// The point `p`, `squared` from the axis, beside this piece; `None` above, below or outside it.
-    fn beside(&self, p: &Vector3<f64>, squared: f64) -> Option<Beside> {
-        if p.z < self.low || p.z > self.high || self.high - self.low < 1e-9 {
-            return None;
+    /// Whether the point `p` is at the height of this piece.
+    fn is_level(&self, p: &Vector3<f64>) -> bool {
+        p.z >= self.low && p.z <= self.high && self.high - self.low > 1e-9
+    }
+
+    /// Whether the point `p` at this height may come within `near` of the wall, taken as endless: level
+    /// distance, less where the wall leans.
+    fn is_near(&self, p: &Vector3<f64>, near: f64) -> bool {
+        let edge = self.start + self.along * ((p.z - self.start.z) / self.along.z);
+        let across = edge.x * p.y - edge.y * p.x;
+        let lean = self.lean * self.lean * p.xy().norm_squared() + 1.0;
+        across * across < near * near * edge.xy().norm_squared() * lean
+    }
+
+    /// The spot of this piece that is nearest to the point `p`: by turns along the spoke and along the
+    /// piece.
+    fn beside(&self, p: &Vector3<f64>) -> Beside {
+        let (mut along, mut share) = (0.5, 1.0);
+        let mut away = Vector3::zeros();
+        let mut edge = 0.0;
+        for _ in 0..FEET {
+            let at = self.start + self.along * along;
+            let squared = at.xy().norm_squared();
+            edge = squared.sqrt();
+            share = (at.xy().dot(&p.xy()) / squared).clamp(0.0, 1.0);
+            let narrow = Vector3::new(share, share, 1.0);
+            let (start, line) = (
+                self.start.component_mul(&narrow),
+                self.along.component_mul(&narrow),
+            );
+            along = ((p - start).dot(&line) / line.norm_squared()).clamp(0.0, 1.0);
+            away = p - (start + line * along);
         }
-        let along = (p.z - self.start.z) / self.along.z;
-        let (x, y) = (
-            self.start.x + along * self.along.x,
-            self.start.y + along * self.along.y,
-        );
-        let edge = x * x + y * y;
-        (squared < edge).then(|| Beside {
+        let distance = away.norm();
+        let depth = ((1.0 - share) * edge / RIB_DEPTH).min(1.0);
+        Beside {
             along,
-            across: x * p.y - y * p.x,
-            edge,
-            lean: self.lean * self.lean * squared + 1.0,
-        })
+            share,
+            way: away / distance.max(f64::MIN_POSITIVE),
+            spare: distance - (RIB_GAP + SINK) * depth,
+        }
     }
 }
 
@@ -183,37 +223,43 @@ impl Mates {
         {
             return false;
         }
-        let reach = self.radius + self.rib_radius + RIB_GAP;
+        let reach = self.radius + self.rib_radius - SINK;
         let back = self.driver.placed(driver_in_follower, self.follower.axis);
         self.driver.rib_clears(&placed, reach) && self.follower.rib_clears(&back, reach)
     }
 
-    /// Where beads and ribs come nearest to each other, at one phase.
-    pub fn meetings(&self, [follower_in_driver, driver_in_follower]: [&Pose; 2]) -> Vec<Meeting> {
+    /// Where beads and ribs come nearest to each other, with less than `window` to spare, at one phase.
+    pub fn meetings(
+        &self,
+        [follower_in_driver, driver_in_follower]: [&Pose; 2],
+        window: f64,
+    ) -> Vec<Meeting> {
         let placed = self.follower.placed(follower_in_driver, self.driver.axis);
         let back = self.driver.placed(driver_in_follower, self.follower.axis);
-        let beads = closest(&self.driver.points, &placed);
+        let limit = 2.0 * self.radius - SINK;
         let bead = |(station, along): (usize, f64)| (station, along, 1.0);
-        let mut meetings = vec![Meeting {
-            slack: beads.distance - (2.0 * self.radius - SINK),
-            at: [bead(beads.at[0]), bead(beads.at[1])],
-            way: beads.way,
-        }];
-        let reach = self.radius + self.rib_radius + RIB_GAP;
-        if let Some((distance, follower, driver, way)) = self.driver.rib_meets(&placed) {
-            meetings.push(Meeting {
-                slack: distance - reach,
-                at: [driver, follower],
-                way,
-            });
-        }
-        if let Some((distance, driver, follower, way)) = self.follower.rib_meets(&back) {
-            meetings.push(Meeting {
-                slack: distance - reach,
-                at: [driver, follower],
-                way: -(follower_in_driver.rotation * way),
-            });
-        }
+        let mut meetings: Vec<Meeting> = all_closest(&self.driver.points, &placed, limit + window)
+            .into_iter()
+            .map(|beads| Meeting {
+                slack: beads.distance - limit,
+                at: [bead(beads.at[0]), bead(beads.at[1])],
+                way: beads.way,
+            })
+            .collect();
+        let reach = self.radius + self.rib_radius - SINK;
+        let near = reach + window;
+        let driver = self.driver.rib_meets(&placed, near).into_iter();
+        meetings.extend(driver.map(|(spare, follower, driver, way)| Meeting {
+            slack: spare - reach,
+            at: [driver, follower],
+            way,
+        }));
+        let follower = self.follower.rib_meets(&back, near).into_iter();
+        meetings.extend(follower.map(|(spare, driver, follower, way)| Meeting {
+            slack: spare - reach,
+            at: [driver, follower],
+            way: -(follower_in_driver.rotation * way),
+        }));
         meetings
     }
 }
@@ -227,8 +273,8 @@ struct Closest {
     way: Vector3<f64>,
 }
 
-/// Distance of two chains of points taken as polylines: the nearest pair of points, refined on the
-/// segments around it.
+/// Nearest points of two chains taken as polylines: the nearest pair of points, refined on the segments
+/// around it.
 fn closest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Closest {
     let mut nearest = (f64::INFINITY, 0, 0);
     for (i, p) in a.iter().enumerate() {
@@ -239,7 +285,26 @@ fn closest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Closest {
             }
         }
     }
-    let (least, i, k) = nearest;
+    refined(a, b, nearest)
+}
+
+/// All places where two chains come nearer to each other than `near`.
+fn all_closest(a: &[Vector3<f64>], b: &[Vector3<f64>], near: f64) -> Vec<Closest> {
+    let nearest = |p: &Vector3<f64>| {
+        let away = b.iter().map(|q| (p - q).norm_squared()).enumerate();
+        away.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, f64::INFINITY))
+    };
+    let pairs: Vec<(usize, f64)> = a.iter().map(nearest).collect();
+    let squared: Vec<f64> = pairs.iter().map(|p| p.1).collect();
+    let found = valleys(&squared).map(|i| refined(a, b, (squared[i], i, pairs[i].0)));
+    found.filter(|c| c.distance < near).collect()
+}
+
+fn refined(
+    a: &[Vector3<f64>],
+    b: &[Vector3<f64>],
+    (least, i, k): (f64, usize, usize),
+) -> Closest {
     let mut best = (least, [(i, 0.0), (k, 0.0)], b[k] - a[i]);
     for s in i.saturating_sub(1)..(i + 1).min(a.len() - 1) {
         for t in k.saturating_sub(1)..(k + 1).min(b.len() - 1) {
@@ -282,5 +347,10 @@ fn segments(
 /// the default clearance.
 const SINK: f64 = 0.01;
 
-/// Least gap between a bead and its mate's rib, mm.
+/// Least gap between a bead and its mate's rib, mm; just behind the contact it grows from nothing, over
+/// this depth.
 const RIB_GAP: f64 = 0.06;
+const RIB_DEPTH: f64 = 0.5;
+
+/// Turns in which the foot of a point on a piece of a rib is found.
+const FEET: usize = 4;

@@ -143,9 +143,6 @@ impl Scene {
                     if !near || !seen.may_reach(tooth, reach) {
                         continue;
                     }
-                    let Some(meeting) = self.meeting(tooth, &seen, window) else {
-                        continue;
-                    };
                     let back = phase.follower_in_driver.rotation.transpose();
                     let spot = |(band, tooth, gear): (usize, usize, usize), s: Site, way| Spot {
                         band,
@@ -157,26 +154,39 @@ impl Scene {
                         share: s.share,
                         way,
                     };
-                    places.push(Place {
+                    let met = self.meetings(tooth, &seen, window);
+                    places.extend(met.into_iter().map(|meeting| Place {
                         slack: meeting.slack,
                         spots: vec![
                             spot((a, j, 0), meeting.sites[0], -meeting.way),
                             spot((b, k, 1), meeting.sites[1], back * meeting.way),
                         ],
-                    });
+                    }));
                 }
             }
         }
         places
     }
 
-    /// Where two teeth are nearest, if their slack is below `window`.
-    fn meeting(&self, tooth: &Body, other: &Body, window: f64) -> Option<Meeting> {
+    /// Where two teeth come near each other, with a slack below `window`: spokes of the one that are
+    /// nearer than those beside them.
+    fn meetings(&self, tooth: &Body, other: &Body, window: f64) -> Vec<Meeting> {
+        let met = (0..tooth.spokes.len()).map(|i| self.meeting((i, &tooth.spokes[i]), other, window));
+        let mut met: Vec<Option<Meeting>> = met.collect();
+        let slacks: Vec<f64> = met
+            .iter()
+            .map(|m| m.as_ref().map_or(f64::INFINITY, |m| m.slack))
+            .collect();
+        mates::valleys(&slacks).filter_map(|i| met[i].take()).collect()
+    }
+
+    /// Where a spoke is nearest to another tooth, if its slack is below `window`.
+    fn meeting(&self, (i, s): (usize, &Spoke), other: &Body, window: f64) -> Option<Meeting> {
         let radii = self.radii();
         let mut nearest: Option<Meeting> = None;
         let mut least = window;
         let thickest = 2.0 * radii.bead.max(radii.rib) + self.gap();
-        for (i, s) in tooth.spokes.iter().enumerate() {
+        {
             for (k, o) in other.spokes.iter().enumerate() {
                 // Spokes are level in their gears, so most pairs are apart in height.
                 let (low, high) = o.heights();
@@ -244,11 +254,7 @@ impl Scene {
             let pair = self.mate(tooth.beads.each_ref().map(|layers| layers[0].clone()));
             for phase in self.phases().iter().filter(|p| p.meshing[j]) {
                 let poses = [&phase.follower_in_driver, &phase.driver_in_follower];
-                for meeting in pair.meetings(poses) {
-                    if meeting.slack >= window {
-                        continue;
-                    }
-                    let mates::Meeting { slack, at, way } = meeting;
+                for mates::Meeting { slack, at, way } in pair.meetings(poses, window) {
                     let back = phase.follower_in_driver.rotation.transpose();
                     places.push(Place {
                         slack,
