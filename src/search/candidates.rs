@@ -124,7 +124,9 @@ impl Workshop {
     /// then as good as its Q*, since raw Q says little about the hold (1 and mm are no equals).
     pub fn wrenches(&self, band: &Band) -> Vec<Wrench> {
         let teeth = band.teeth.iter().enumerate();
-        teeth.flat_map(|(j, tooth)| self.wrenches_of(j, tooth)).collect()
+        teeth
+            .flat_map(|(j, tooth)| self.wrenches_of(j, tooth))
+            .collect()
     }
 
     /// n̄ of tooth `j` at its phases.

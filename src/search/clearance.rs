@@ -402,6 +402,9 @@ pub(super) fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
         false => dx.max(0.0).hypot(dz.max(0.0)),
     };
     let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
-    let ring = block(p.x.hypot(p.y) - joint.ring_radius, p.z.abs() - joint.ring_half_height);
+    let ring = block(
+        p.x.hypot(p.y) - joint.ring_radius,
+        p.z.abs() - joint.ring_half_height,
+    );
     ring.min(block(across, p.z.abs() - joint.arm_half_height))
 }

@@ -132,7 +132,11 @@ impl Bead {
 
 /// Finite values that are no larger than those beside them.
 pub(super) fn valleys(values: &[f64]) -> impl Iterator<Item = usize> {
-    let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::INFINITY);
+    let at = |i: Option<usize>| {
+        i.and_then(|i| values.get(i))
+            .copied()
+            .unwrap_or(f64::INFINITY)
+    };
     (0..values.len()).filter(move |&i| {
         let here = values[i];
         here.is_finite() && here <= at(i.checked_sub(1)) && here < at(Some(i + 1))
@@ -292,7 +296,8 @@ fn closest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Closest {
 fn all_closest(a: &[Vector3<f64>], b: &[Vector3<f64>], near: f64) -> Vec<Closest> {
     let nearest = |p: &Vector3<f64>| {
         let away = b.iter().map(|q| (p - q).norm_squared()).enumerate();
-        away.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, f64::INFINITY))
+        away.min_by(|x, y| x.1.total_cmp(&y.1))
+            .unwrap_or((0, f64::INFINITY))
     };
     let pairs: Vec<(usize, f64)> = a.iter().map(nearest).collect();
     let squared: Vec<f64> = pairs.iter().map(|p| p.1).collect();
@@ -300,11 +305,7 @@ fn all_closest(a: &[Vector3<f64>], b: &[Vector3<f64>], near: f64) -> Vec<Closest
     found.filter(|c| c.distance < near).collect()
 }
 
-fn refined(
-    a: &[Vector3<f64>],
-    b: &[Vector3<f64>],
-    (least, i, k): (f64, usize, usize),
-) -> Closest {
+fn refined(a: &[Vector3<f64>], b: &[Vector3<f64>], (least, i, k): (f64, usize, usize)) -> Closest {
     let mut best = (least, [(i, 0.0), (k, 0.0)], b[k] - a[i]);
     for s in i.saturating_sub(1)..(i + 1).min(a.len() - 1) {
         for t in k.saturating_sub(1)..(k + 1).min(b.len() - 1) {
@@ -325,10 +326,7 @@ fn refined(
 
 /// Nearest points of two segments as shares of them, and the way between, by alternating projection from
 /// their middles: exact enough for nearly parallel pieces of a bead, and never nearer than they are.
-fn segments(
-    [a0, a1]: [Vector3<f64>; 2],
-    [b0, b1]: [Vector3<f64>; 2],
-) -> ([f64; 2], Vector3<f64>) {
+fn segments([a0, a1]: [Vector3<f64>; 2], [b0, b1]: [Vector3<f64>; 2]) -> ([f64; 2], Vector3<f64>) {
     let project = |p: Vector3<f64>, o: Vector3<f64>, e: Vector3<f64>| {
         let d = e - o;
         let f = ((p - o).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);

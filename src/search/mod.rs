@@ -128,17 +128,17 @@ struct Plan {
     starts: usize,
     /// Choices that are polished.
     polished: usize,
-    /// Generations of the polish of each of them.
-    generations: usize,
+    /// Steps of the polish of each of them, at most.
+    rounds: usize,
 }
 
 impl Plan {
     fn new(dof: usize, effort: f64) -> Plan {
-        let (usable, draws, starts, (polished, generations)) = match dof {
-            1 => (300, 4_000, 48, (4, 100)),
-            2 => (450, 8_000, 64, (4, 200)),
-            3 => (900, 16_000, 64, (6, 300)),
-            _ => (1100, 20_000, 96, (8, 400)),
+        let (usable, draws, starts, polished) = match dof {
+            1 => (300, 4_000, 48, 4),
+            2 => (450, 8_000, 64, 4),
+            3 => (900, 16_000, 64, 6),
+            _ => (1100, 20_000, 96, 8),
         };
         let scaled = |n: usize| ((n as f64 * effort).round() as usize).max(1);
         Plan {
@@ -146,10 +146,13 @@ impl Plan {
             draws: scaled(draws),
             starts: scaled(starts),
             polished,
-            generations: scaled(generations),
+            rounds: scaled(ROUNDS),
         }
     }
 }
+
+/// Steps of a polish; most end before.
+const ROUNDS: usize = 60;
 
 /// Share of the planned candidates that a first look begins with.
 const FIRST_LOOK: usize = 12;
@@ -228,80 +231,78 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
         })
     };
 
-    let mut drawn = Drawn::default();
-    let wanted = (plan.usable, plan.draws);
-    drawn.more(&workshop, seed, wanted, &mut |done, count| {
-        tell(CANDIDATES, done, count, None)
-    });
-    let candidates = &drawn.usable;
-    let usable = candidates.len();
-    if usable == 0 {
-        return Err(match teller.stop {
-            StopReason::Stopped => Error::Interrupted,
-            StopReason::Finished => drawn.refusal(&workshop, (motion, settings)),
-        });
-    }
-    let pool = Pool::new(&workshop, candidates, &mut |done, _| {
-        tell(COMBINING, 0.5 * done, usable, None)
-    });
     // A weak hold is not a working gear: at small Q* the follower jumps out of its teeth, so more
-    // bands are tried, beside those that are there and chosen anew.
+    // candidates are drawn, and more bands tried, beside those that are there and chosen anew.
     let unit = workshop.hold_unit();
     let enough = (settings.search.least_hold * unit).max(settings.gear.closure_threshold);
+    let mut drawn = Drawn::default();
     let mut best: Vec<Team> = Vec::new();
-    for k in counts(settings, dof) {
-        let before = best.first().map_or(f64::NEG_INFINITY, |team| team.q);
-        let grown = best.first().filter(|t| t.bands.len() + 1 == k);
-        let grown = grown.and_then(|team| team.grow(&workshop, candidates));
-        let choices = pool.best(seed, k, plan.starts, &mut |done, q| {
-            tell(COMBINING, 0.5 + 0.5 * done, usable, q)
+    for share in LOOKS {
+        let wanted = (plan.usable.div_ceil(share), plan.draws.div_ceil(share));
+        drawn.more(&workshop, seed, wanted, &mut |done, count| {
+            tell(CANDIDATES, done, count, None)
         });
-        let bands = |choice: &Choice| {
-            choice
-                .bands
-                .iter()
-                .map(|&i| candidates[i].law.clone())
-                .collect()
-        };
-        let mut teams: Vec<Team> = distinct(&choices, plan.polished)
-            .map(|choice| Team::new(&workshop, bands(choice)))
-            .collect();
-        teams.extend(grown);
-        let stopped = polish(
-            &mut teams,
-            &workshop,
-            plan.generations,
-            &mut |done, q| tell(POLISH, done, usable, Some(q)),
-        );
+        let candidates = &drawn.usable;
+        let usable = candidates.len();
+        let pool = Pool::new(&workshop, candidates, &mut |done, _| {
+            tell(COMBINING, 0.5 * done, usable, None)
+        });
+        let mut teams: Vec<Team> = Vec::new();
+        for k in counts(settings, dof) {
+            let before = teams.first().map_or(f64::NEG_INFINITY, |team| team.q);
+            let grown = teams.first().filter(|t| t.bands.len() + 1 == k);
+            let grown = grown.and_then(|team| team.grow(&workshop, candidates));
+            let choices = pool.best(seed, k, plan.starts.div_ceil(share), &mut |done, q| {
+                tell(COMBINING, 0.5 + 0.5 * done, usable, q)
+            });
+            let laws = |choice: &Choice| {
+                let bands = choice.bands.iter();
+                bands.map(|&i| candidates[i].law.clone()).collect()
+            };
+            let mut tried: Vec<Team> = distinct(&choices, plan.polished)
+                .map(|choice| Team::new(&workshop, laws(choice)))
+                .collect();
+            tried.extend(grown);
+            let stopped = polish(&mut tried, &workshop, plan.rounds, &mut |done, q| {
+                tell(POLISH, done, usable, Some(q))
+            });
+            teams.extend(tried);
+            teams.sort_by(|a, b| b.q.total_cmp(&a.q));
+            // Where no k bands go together, no more of them do; and a closed follower that one more band
+            // does not hold better is held as well as can be.
+            let Some(team) = teams.first() else { break };
+            let helps = before <= 0.0 || team.q > GAIN * before;
+            if stopped.is_break() || team.q >= enough || !helps {
+                break;
+            }
+        }
         best.extend(teams);
         best.sort_by(|a, b| b.q.total_cmp(&a.q));
-        // Where no k bands go together, no more of them do; and a closed follower that one more band
-        // does not hold better is held as well as can be.
-        let Some(team) = best.first() else { break };
-        let helps = before <= 0.0 || team.q > GAIN * before;
-        if stopped.is_break() || team.q >= enough || !helps {
+        if best.first().is_some_and(|team| team.q >= enough)
+            || tell(CANDIDATES, 1.0, usable, best.first().map(|t| t.q)).is_break()
+        {
             break;
         }
     }
-    if best.is_empty() {
+    let Some(first) = best.first() else {
         return Err(match teller.stop {
             StopReason::Stopped => Error::Interrupted,
             StopReason::Finished => drawn.refusal(&workshop, (motion, settings)),
         });
-    }
-    let is_weak = best[0].q < enough;
-    let choices = best
-        .into_iter()
-        .take(FINALISTS)
-        .map(|team| (team.bands, team.q))
-        .collect();
+    };
+    let is_weak = first.q < enough;
+    let choices = best.into_iter().take(FINALISTS);
     Ok(Found {
-        choices,
+        choices: choices.map(|team| (team.bands, team.q)).collect(),
         contact_ratio: settings.gear.contact_ratio,
         is_weak,
         stop: teller.stop,
     })
 }
+
+/// The planned candidates are drawn in two looks, a share of them first and all where that does not
+/// give a good hold.
+const LOOKS: [usize; 2] = [3, 1];
 
 /// A first look: the best choice of few candidates, as it was found, without polish. Twice as many
 /// candidates are tried as long as there is no choice that closes the follower, up to those of [`run`].
@@ -454,24 +455,29 @@ fn polish(
     rounds: usize,
     tell: &mut dyn FnMut(f64, f64) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
+    let mut racing: Vec<usize> = (0..teams.len()).collect();
     for round in 0..rounds {
         let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
         tell(round as f64 / rounds as f64, q)?;
-        teams
-            .par_iter_mut()
-            .filter(|team| !team.is_done())
-            .for_each(|team| {
-                team.improve(workshop);
-            });
-        if std::env::var("POLISH").is_ok() {
-            eprintln!("{round} {}", teams.iter().map(|t| t.to_string()).collect::<Vec<_>>().join(" | "));
+        // Most of what there is to gain comes in the first rounds.
+        if HEATS.contains(&round) {
+            racing.sort_by(|&a, &b| teams[b].q.total_cmp(&teams[a].q));
+            racing.truncate(racing.len().div_ceil(2).max(2));
         }
-        if teams.iter().all(Team::is_done) {
+        let on = |i: &usize, team: &Team| racing.contains(i) && !team.is_done();
+        if !teams.iter().enumerate().any(|(i, team)| on(&i, team)) {
             break;
         }
+        let all = teams.par_iter_mut().enumerate();
+        all.filter(|(i, team)| on(i, team)).for_each(|(_, team)| {
+            team.improve(workshop);
+        });
     }
     ControlFlow::Continue(())
 }
+
+/// Rounds before which the lesser half of the teams drops out.
+const HEATS: [usize; 2] = [3, 8];
 
 /// Most bands above N tried while the hold is weak or there is none.
 const MORE: usize = 4;

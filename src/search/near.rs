@@ -41,6 +41,9 @@ pub(super) struct Place {
 struct Spoke {
     beads: Vec<Vector3<f64>>,
     rib: Option<[Rung; 2]>,
+    /// Of all its points, along z.
+    low: f64,
+    high: f64,
 }
 
 /// A point of a rib with its share of the bead's distance from the axis.
@@ -71,12 +74,10 @@ impl Scene {
             bands.iter().map(band).collect()
         });
         let count = bands.len();
-        let pairs: Vec<(usize, usize)> = (0..count)
-            .flat_map(|a| (0..count).map(move |b| (a, b)))
-            .collect();
-        let mut places: Vec<Place> = pairs
+        let mut places: Vec<Place> = self
+            .phases()
             .par_iter()
-            .flat_map_iter(|&(a, b)| self.between((a, &driver[a]), (b, &follower[b]), window))
+            .flat_map_iter(|phase| self.between(phase, (&driver, &follower), window))
             .collect();
         places.par_extend((0..count).into_par_iter().flat_map_iter(|b| {
             let mut own = self.mates(b, &bands[b], window);
@@ -85,9 +86,10 @@ impl Scene {
             own.extend(self.neighbours(b, &bands[b], spacing, window));
             own
         }));
-        places.par_extend(pairs.par_iter().filter(|(a, b)| a < b).flat_map_iter(|&(a, b)| {
-            self.fins_apart((a, &bands[a]), (b, &bands[b]), window)
-        }));
+        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+        for (a, b) in pairs {
+            places.extend(self.fins_apart((a, &bands[a]), (b, &bands[b]), window));
+        }
         places
     }
 
@@ -106,63 +108,47 @@ impl Scene {
                     point.z = bead.z;
                     Rung { at: point, share }
                 };
-                Spoke {
-                    beads: layers.iter().map(|layer| layer[i]).collect(),
-                    rib: (top > hub).then(|| [rung(hub), rung(top)]),
-                }
+                let rib = (top > hub).then(|| [rung(hub), rung(top)]);
+                Spoke::new(layers.iter().map(|layer| layer[i]).collect(), rib)
             })
             .collect();
-        let mut low = spokes[0].beads[0];
-        let mut high = low;
-        for spoke in &spokes {
-            let rib = spoke.rib.iter().flatten().map(|r| &r.at);
-            for p in spoke.beads.iter().chain(rib) {
-                (low, high) = (low.inf(p), high.sup(p));
-            }
-        }
-        Body { spokes, low, high }
+        Body::new(spokes)
     }
 
-    /// Driver teeth of band `a` and follower teeth of band `b`, but for mates.
+    /// Driver teeth and follower teeth of all bands at one phase, but for mates.
     fn between(
         &self,
-        (a, driver): (usize, &Vec<Body>),
-        (b, follower): (usize, &Vec<Body>),
+        phase: &Phase,
+        (driver, follower): (&Bodies, &Bodies),
         window: f64,
     ) -> Vec<Place> {
-        let mut places = Vec::new();
         let reach = 2.0 * self.radii().bead.max(self.radii().rib) + self.gap() + window;
-        for phase in self.phases() {
-            for (k, other) in follower.iter().enumerate() {
-                if !phase.meshing[k] {
+        let back = phase.follower_in_driver.rotation.transpose();
+        let spot = |(band, tooth, gear): (usize, usize, usize), s: Site, way| Spot {
+            band,
+            tooth,
+            gear,
+            layer: s.layer,
+            station: s.spoke * self.stride(),
+            along: 0.0,
+            share: s.share,
+            way,
+        };
+        let mut places = Vec::new();
+        for (b, k) in meshing(phase, follower) {
+            let seen = follower[b][k].seen(&phase.follower_in_driver);
+            for (a, j) in meshing(phase, driver) {
+                if (a, j) == (b, k) || !seen.may_reach(&driver[a][j], reach) {
                     continue;
                 }
-                let seen = other.seen(&phase.follower_in_driver);
-                for (j, tooth) in driver.iter().enumerate() {
-                    let near = phase.meshing[j] && !(a == b && j == k);
-                    if !near || !seen.may_reach(tooth, reach) {
-                        continue;
-                    }
-                    let back = phase.follower_in_driver.rotation.transpose();
-                    let spot = |(band, tooth, gear): (usize, usize, usize), s: Site, way| Spot {
-                        band,
-                        tooth,
-                        gear,
-                        layer: s.layer,
-                        station: s.spoke * self.stride(),
-                        along: 0.0,
-                        share: s.share,
-                        way,
-                    };
-                    let met = self.meetings(tooth, &seen, window);
-                    places.extend(met.into_iter().map(|meeting| Place {
-                        slack: meeting.slack,
-                        spots: vec![
-                            spot((a, j, 0), meeting.sites[0], -meeting.way),
-                            spot((b, k, 1), meeting.sites[1], back * meeting.way),
-                        ],
-                    }));
-                }
+                let met = self.meetings(&driver[a][j], &seen, window);
+                places.extend(met.into_iter().map(|meeting| Place {
+                    slack: meeting.slack,
+                    spots: vec![
+                        spot((a, j, 0), meeting.sites[0], -meeting.way),
+                        spot((b, k, 1), meeting.sites[1], back * meeting.way),
+                    ],
+                }));
             }
         }
         places
@@ -171,13 +157,16 @@ impl Scene {
     /// Where two teeth come near each other, with a slack below `window`: spokes of the one that are
     /// nearer than those beside them.
     fn meetings(&self, tooth: &Body, other: &Body, window: f64) -> Vec<Meeting> {
-        let met = (0..tooth.spokes.len()).map(|i| self.meeting((i, &tooth.spokes[i]), other, window));
+        let met =
+            (0..tooth.spokes.len()).map(|i| self.meeting((i, &tooth.spokes[i]), other, window));
         let mut met: Vec<Option<Meeting>> = met.collect();
         let slacks: Vec<f64> = met
             .iter()
             .map(|m| m.as_ref().map_or(f64::INFINITY, |m| m.slack))
             .collect();
-        mates::valleys(&slacks).filter_map(|i| met[i].take()).collect()
+        mates::valleys(&slacks)
+            .filter_map(|i| met[i].take())
+            .collect()
     }
 
     /// Where a spoke is nearest to another tooth, if its slack is below `window`.
@@ -186,51 +175,56 @@ impl Scene {
         let mut nearest: Option<Meeting> = None;
         let mut least = window;
         let thickest = 2.0 * radii.bead.max(radii.rib) + self.gap();
-        {
-            for (k, o) in other.spokes.iter().enumerate() {
-                // Spokes are level in their gears, so most pairs are apart in height.
-                let (low, high) = o.heights();
-                let (own_low, own_high) = s.heights();
-                let apart = (low - own_high).max(own_low - high);
-                if apart - thickest >= least {
-                    continue;
+        for (k, o) in other.spokes.iter().enumerate() {
+            // Spokes are level in their gears, so most pairs are apart in height.
+            if (o.low - s.high).max(s.low - o.high) - thickest >= least {
+                continue;
+            }
+            let mut note = |p: Vector3<f64>, q: Vector3<f64>, radius: f64, sites: [Site; 2]| {
+                let d = q - p;
+                let distance = d.norm();
+                let slack = distance - radius - self.gap();
+                if slack < least && distance > 0.0 {
+                    least = slack;
+                    nearest = Some(Meeting {
+                        slack,
+                        way: d / distance,
+                        sites,
+                    });
                 }
-                let mut note = |p: Vector3<f64>, q: Vector3<f64>, radius: f64, sites: [Site; 2]| {
-                    let d = q - p;
-                    let distance = d.norm();
-                    let slack = distance - radius - self.gap();
-                    if slack < least && distance > 0.0 {
-                        least = slack;
-                        nearest = Some(Meeting {
-                            slack,
-                            way: d / distance,
-                            sites,
-                        });
-                    }
-                };
-                let site = |spoke: usize, layer: usize, share: f64| Site {
-                    spoke,
-                    layer,
-                    share,
-                };
-                for (x, p) in s.beads.iter().enumerate() {
-                    for (y, q) in o.beads.iter().enumerate() {
-                        note(*p, *q, 2.0 * radii.bead, [site(i, x, 1.0), site(k, y, 1.0)]);
-                    }
-                    if let Some(rib) = &o.rib {
-                        let (q, share) = foot(*p, rib);
-                        note(*p, q, radii.bead + radii.rib, [site(i, x, 1.0), site(k, 0, share)]);
-                    }
+            };
+            let site = |spoke: usize, layer: usize, share: f64| Site {
+                spoke,
+                layer,
+                share,
+            };
+            for (x, p) in s.beads.iter().enumerate() {
+                for (y, q) in o.beads.iter().enumerate() {
+                    note(*p, *q, 2.0 * radii.bead, [site(i, x, 1.0), site(k, y, 1.0)]);
                 }
-                if let Some(rib) = &s.rib {
-                    for (y, q) in o.beads.iter().enumerate() {
-                        let (p, share) = foot(*q, rib);
-                        note(p, *q, radii.bead + radii.rib, [site(i, 0, share), site(k, y, 1.0)]);
-                    }
-                    if let Some(other) = &o.rib {
-                        let [(p, u), (q, v)] = feet(rib, other);
-                        note(p, q, 2.0 * radii.rib, [site(i, 0, u), site(k, 0, v)]);
-                    }
+                if let Some(rib) = &o.rib {
+                    let (q, share) = foot(*p, rib);
+                    note(
+                        *p,
+                        q,
+                        radii.bead + radii.rib,
+                        [site(i, x, 1.0), site(k, 0, share)],
+                    );
+                }
+            }
+            if let Some(rib) = &s.rib {
+                for (y, q) in o.beads.iter().enumerate() {
+                    let (p, share) = foot(*q, rib);
+                    note(
+                        p,
+                        *q,
+                        radii.bead + radii.rib,
+                        [site(i, 0, share), site(k, y, 1.0)],
+                    );
+                }
+                if let Some(other) = &o.rib {
+                    let [(p, u), (q, v)] = feet(rib, other);
+                    note(p, q, 2.0 * radii.rib, [site(i, 0, u), site(k, 0, v)]);
                 }
             }
         }
@@ -258,10 +252,7 @@ impl Scene {
                     let back = phase.follower_in_driver.rotation.transpose();
                     places.push(Place {
                         slack,
-                        spots: vec![
-                            spot(j, 0, at[0], -way),
-                            spot(j, 1, at[1], back * way),
-                        ],
+                        spots: vec![spot(j, 0, at[0], -way), spot(j, 1, at[1], back * way)],
                     });
                 }
             }
@@ -285,7 +276,12 @@ impl Scene {
             };
             let own = self.axis(gear);
             for (j, body) in bodies[gear as usize].iter().enumerate() {
-                let near: Vec<Pose> = self.phases().iter().filter(|p| p.meshing[j]).map(pose).collect();
+                let near: Vec<Pose> = self
+                    .phases()
+                    .iter()
+                    .filter(|p| p.meshing[j])
+                    .map(pose)
+                    .collect();
                 for (i, spoke) in body.spokes.iter().enumerate() {
                     let bead = spoke.beads[0];
                     let mut nearest: Option<(f64, Vector3<f64>)> = None;
@@ -308,7 +304,10 @@ impl Scene {
                                 share: 1.0,
                                 way,
                             };
-                            places.push(Place { slack, spots: vec![spot] });
+                            places.push(Place {
+                                slack,
+                                spots: vec![spot],
+                            });
                         }
                     };
                     if let Some((away, way)) = nearest {
@@ -351,7 +350,9 @@ impl Scene {
                     }
                     let mut points = vec![(bead, 1.0, radii.bead)];
                     if let Some([foot, top]) = spoke.rib {
-                        let steps = ((top.at - foot.at).norm() / self.rib_spacing()).ceil().max(1.0);
+                        let steps = ((top.at - foot.at).norm() / self.rib_spacing())
+                            .ceil()
+                            .max(1.0);
                         points.extend((0..=steps as usize).map(|s| {
                             let f = s as f64 / steps;
                             let at = foot.at.lerp(&top.at, f);
@@ -389,7 +390,10 @@ impl Scene {
                             share,
                             way: pose.rotation.transpose() * way,
                         };
-                        places.push(Place { slack, spots: vec![spot] });
+                        places.push(Place {
+                            slack,
+                            spots: vec![spot],
+                        });
                     }
                 }
             }
@@ -488,21 +492,23 @@ impl Scene {
                     let Some((away, i, m, [arc, z])) = nearest else {
                         continue;
                     };
-                    let spot = |band: usize, tooth: usize, teeth: &[Tooth], station: usize, sign: f64| {
-                        let station = station * self.stride();
-                        let p = teeth[tooth].beads[gear as usize][0][station] - axis;
-                        let around = Vector3::new(-p.y, p.x, 0.0) * (radius / p.xy().norm_squared());
-                        Spot {
-                            band,
-                            tooth,
-                            gear: gear as usize,
-                            layer: 0,
-                            station,
-                            along: 0.0,
-                            share: 1.0,
-                            way: sign * (arc * around + z * Vector3::z()),
-                        }
-                    };
+                    let spot =
+                        |band: usize, tooth: usize, teeth: &[Tooth], station: usize, sign: f64| {
+                            let station = station * self.stride();
+                            let p = teeth[tooth].beads[gear as usize][0][station] - axis;
+                            let around =
+                                Vector3::new(-p.y, p.x, 0.0) * (radius / p.xy().norm_squared());
+                            Spot {
+                                band,
+                                tooth,
+                                gear: gear as usize,
+                                layer: 0,
+                                station,
+                                along: 0.0,
+                                share: 1.0,
+                                way: sign * (arc * around + z * Vector3::z()),
+                            }
+                        };
                     places.push(Place {
                         slack: away - limit,
                         spots: vec![spot(a, j, first, i, -1.0), spot(b, k, second, m, 1.0)],
@@ -543,21 +549,7 @@ struct Site {
 }
 
 impl Body {
-    /// The tooth as seen from the other gear.
-    fn seen(&self, pose: &Pose) -> Body {
-        let spokes: Vec<Spoke> = self
-            .spokes
-            .iter()
-            .map(|s| Spoke {
-                beads: s.beads.iter().map(|p| pose.apply(*p)).collect(),
-                rib: s.rib.map(|rib| {
-                    rib.map(|r| Rung {
-                        at: pose.apply(r.at),
-                        ..r
-                    })
-                }),
-            })
-            .collect();
+    fn new(spokes: Vec<Spoke>) -> Body {
         let mut low = spokes[0].beads[0];
         let mut high = low;
         for spoke in &spokes {
@@ -569,21 +561,44 @@ impl Body {
         Body { spokes, low, high }
     }
 
+    /// The tooth as seen from the other gear.
+    fn seen(&self, pose: &Pose) -> Body {
+        let rung = |r: Rung| Rung {
+            at: pose.apply(r.at),
+            ..r
+        };
+        let spoke = |s: &Spoke| {
+            let beads = s.beads.iter().map(|p| pose.apply(*p)).collect();
+            Spoke::new(beads, s.rib.map(|rib| rib.map(rung)))
+        };
+        Body::new(self.spokes.iter().map(spoke).collect())
+    }
+
     fn may_reach(&self, other: &Body, reach: f64) -> bool {
-        (0..3).all(|k| {
-            self.low[k] < other.high[k] + reach && self.high[k] > other.low[k] - reach
-        })
+        (0..3).all(|k| self.low[k] < other.high[k] + reach && self.high[k] > other.low[k] - reach)
     }
 }
 
 impl Spoke {
-    fn heights(&self) -> (f64, f64) {
-        let rib = self.rib.iter().flatten().map(|r| r.at.z);
-        let all = self.beads.iter().map(|p| p.z).chain(rib);
-        all.fold((f64::MAX, f64::MIN), |(low, high), z| {
+    fn new(beads: Vec<Vector3<f64>>, rib: Option<[Rung; 2]>) -> Spoke {
+        let heights = beads.iter().map(|p| p.z);
+        let all = heights.chain(rib.iter().flatten().map(|r| r.at.z));
+        let (low, high) = all.fold((f64::MAX, f64::MIN), |(low, high), z| {
             (low.min(z), high.max(z))
-        })
+        });
+        Spoke {
+            beads,
+            rib,
+            low,
+            high,
+        }
     }
+}
+
+/// Band and tooth of those that can be near the mesh.
+fn meshing(phase: &Phase, bodies: &Bodies) -> impl Iterator<Item = (usize, usize)> {
+    let teeth = (0..phase.meshing.len()).filter(|&j| phase.meshing[j]);
+    (0..bodies.len()).flat_map(move |b| teeth.clone().map(move |j| (b, j)))
 }
 
 /// Point of a rib that is nearest to `p`, with its share.

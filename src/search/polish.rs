@@ -40,6 +40,9 @@ struct State {
 const LARGEST: f64 = 1.0;
 const LEAST: f64 = 0.01;
 
+/// Growth of the hold, as a share of it, that a step of one natural size has to promise.
+const WORTH: f64 = 0.02;
+
 /// Violation of a limit that does not count, mm: below what the sampling of phases and stations leaves
 /// unknown.
 const TOLERANCE: f64 = 0.01;
@@ -87,7 +90,9 @@ impl Team {
                 continue;
             };
             let promised = merit(step.hold, step.violation) - now;
-            if promised < 1e-4 * workshop.hold_unit() {
+            if promised
+                < WORTH * self.step.max(LEAST) * (here.q.abs() + 0.01 * workshop.hold_unit())
+            {
                 self.step = 0.0;
                 return false;
             }
@@ -145,7 +150,10 @@ impl Team {
 
 impl std::fmt::Display for Team {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (q, v) = self.here.as_ref().map_or((f64::NAN, f64::NAN), |s| (s.q, s.violation));
+        let (q, v) = self
+            .here
+            .as_ref()
+            .map_or((f64::NAN, f64::NAN), |s| (s.q, s.violation));
         write!(f, "{:.3} {q:.3} v{v:.3} s{:.2}", self.q, self.step)
     }
 }
@@ -160,7 +168,11 @@ impl State {
             .collect::<Option<Vec<_>>>()?;
         let wrenches: Vec<Vec<Wrench>> = teeth
             .iter()
-            .map(|band| band.iter().flat_map(|t| t.wrenches.iter().copied()).collect())
+            .map(|band| {
+                band.iter()
+                    .flat_map(|t| t.wrenches.iter().copied())
+                    .collect()
+            })
             .collect();
         let q = team_q(workshop, wrenches.iter().map(Vec::as_slice));
         Some(State {
@@ -215,7 +227,8 @@ impl State {
         let mut limits: Vec<Row> = Vec::new();
         for &(b, j) in &teeth {
             for (i, &value) in self.teeth[b][j].slacks.iter().enumerate() {
-                let slope = (0..VARIABLES).map(|v| (self.column(b, j, v), slopes[b][j][v].slacks[i]));
+                let slope =
+                    (0..VARIABLES).map(|v| (self.column(b, j, v), slopes[b][j][v].slacks[i]));
                 limits.push(Row {
                     value,
                     slope: slope.collect(),

@@ -51,18 +51,64 @@ pub(super) struct Step {
 impl Program {
     /// The best step of at most `step` natural sizes in each variable, when a violation of 1 costs as much
     /// as a hold of `price`; `None` when the solver gives up.
+    ///
+    /// Few of the rows matter: those that a small part of the step could reach are heeded first, then
+    /// those that turn out to be missed.
     pub fn solve(&self, step: f64, price: f64) -> Option<Step> {
+        let least = self.holds.iter().map(|row| row.value).reduce(f64::min)?;
+        let reached = |row: &Row, from: f64, share: f64| row.least(share * step) < from;
+        let mut holds: Vec<bool> = self
+            .holds
+            .iter()
+            .map(|r| reached(r, least, FIRST))
+            .collect();
+        let mut limits: Vec<bool> = self.limits.iter().map(|r| reached(r, 0.0, FIRST)).collect();
+        for _ in 0..ROUNDS {
+            let found = self.relaxed((&holds, &limits), (step, price))?;
+            let (hold, violation) = (found.hold, found.violation);
+            let mut missed = 0;
+            let mut heed = |rows: &[Row], heeded: &mut [bool], from: f64| {
+                for (row, heeded) in rows.iter().zip(heeded) {
+                    if !*heeded && row.after(&found.moves) < from {
+                        *heeded = true;
+                        missed += 1;
+                    }
+                }
+            };
+            heed(&self.holds, &mut holds, hold - SLIGHT * price);
+            heed(&self.limits, &mut limits, -violation - SLIGHT);
+            if missed == 0 {
+                return Some(found);
+            }
+        }
+        let mut found = self.relaxed((&holds, &limits), (step, price))?;
+        let least = |rows: &[Row]| {
+            let after = rows.iter().map(|row| row.after(&found.moves));
+            after.fold(f64::INFINITY, f64::min)
+        };
+        (found.hold, found.violation) = (least(&self.holds), (-least(&self.limits)).max(0.0));
+        Some(found)
+    }
+
+    /// [`Program::solve`] with some of the rows.
+    fn relaxed(
+        &self,
+        (holds, limits): (&[bool], &[bool]),
+        (step, price): (f64, f64),
+    ) -> Option<Step> {
         // Variables: the moves in units of the step, the hold, the worst violation.
         let (n, hold, violation) = (self.variables + 2, self.variables, self.variables + 1);
-        let least = self.holds.iter().map(|row| row.value).reduce(f64::min)?;
-        let highest = |row: &Row| 2.0 * row.value - row.least(step);
-        let most = self.holds.iter().map(highest).reduce(f64::min)?;
         let mut matrix = Matrix::default();
-        for row in self.holds.iter().filter(|row| row.least(step) < most) {
+        let heeded = |rows: &'_ [Row], heeded: &'_ [bool]| -> Vec<usize> {
+            (0..rows.len()).filter(|&i| heeded[i]).collect()
+        };
+        for i in heeded(&self.holds, holds) {
+            let row = &self.holds[i];
             let slope = row.slope.iter().map(|&(v, by)| (v, -by * step));
-            matrix.push(slope.chain([(hold, 1.0)]), row.value - least);
+            matrix.push(slope.chain([(hold, 1.0)]), row.value);
         }
-        for row in self.limits.iter().filter(|row| row.least(step) < 0.0) {
+        for i in heeded(&self.limits, limits) {
+            let row = &self.limits[i];
             let slope = row.slope.iter().map(|&(v, by)| (v, -by * step));
             matrix.push(slope.chain([(violation, -1.0)]), row.value);
         }
@@ -77,38 +123,38 @@ impl Program {
         let settings = DefaultSettingsBuilder::default()
             .verbose(false)
             .max_iter(60)
-            .tol_gap_abs(1e-5)
-            .tol_gap_rel(1e-5)
-            .tol_feas(1e-6)
+            .tol_gap_abs(1e-4)
+            .tol_gap_rel(1e-4)
+            .tol_feas(1e-5)
             .build()
             .ok()?;
         let (rows, bound) = (matrix.bound.len(), matrix.bound);
         let a = CscMatrix::new_from_triplets(rows, n, matrix.rows, matrix.columns, matrix.values);
         let cones = [NonnegativeConeT(rows)];
         let quadratic = CscMatrix::zeros((n, n));
-        let mut solver = DefaultSolver::new(&quadratic, &cost, &a, &bound, &cones, settings).ok()?;
+        let mut solver =
+            DefaultSolver::new(&quadratic, &cost, &a, &bound, &cones, settings).ok()?;
         solver.solve();
         let solution = &solver.solution;
         let solved = matches!(
             solution.status,
             SolverStatus::Solved | SolverStatus::AlmostSolved
         );
-        if !solved {
-            return None;
-        }
         let moves = solution.x[..self.variables].iter();
-        let moves: Vec<f64> = moves.map(|x| x.clamp(-1.0, 1.0) * step).collect();
-        let least = |rows: &[Row]| {
-            let after = rows.iter().map(|row| row.after(&moves));
-            after.fold(f64::INFINITY, f64::min)
-        };
-        Some(Step {
-            hold: least(&self.holds),
-            violation: (-least(&self.limits)).max(0.0),
-            moves,
+        solved.then(|| Step {
+            moves: moves.map(|x| x.clamp(-1.0, 1.0) * step).collect(),
+            hold: solution.x[hold],
+            violation: solution.x[violation].max(0.0),
         })
     }
 }
+
+/// Share of the step that a row has to be within to be heeded at first, and rounds of heeding more.
+const FIRST: f64 = 0.15;
+const ROUNDS: usize = 4;
+
+/// Violation that is not worth another round.
+const SLIGHT: f64 = 1e-4;
 
 /// A sparse matrix as triplets, with the bounds of its rows.
 #[derive(Default)]
