@@ -170,7 +170,8 @@ impl Contact {
             sum += basis.transpose() * own * basis;
         }
         let (mean, half) = (0.5 * sum.trace(), 0.5 * (sum[(0, 0)] - sum[(1, 1)]));
-        mean - half.hypot(sum[(0, 1)])
+        // Far from overflow, so plainly.
+        mean - (half * half + sum[(0, 1)] * sum[(0, 1)]).sqrt()
     }
 }
 

@@ -399,11 +399,11 @@ pub(super) fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
     // Of an infinite block whose corner is at 0.
     let block = |dx: f64, dz: f64| match dx <= 0.0 && dz <= 0.0 {
         true => dx.max(dz),
-        false => dx.max(0.0).hypot(dz.max(0.0)),
+        false => (dx.max(0.0).powi(2) + dz.max(0.0).powi(2)).sqrt(),
     };
     let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
     let ring = block(
-        p.x.hypot(p.y) - joint.ring_radius,
+        p.xy().norm() - joint.ring_radius,
         p.z.abs() - joint.ring_half_height,
     );
     ring.min(block(across, p.z.abs() - joint.arm_half_height))

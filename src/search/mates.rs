@@ -94,16 +94,35 @@ impl Bead {
         };
         let points = points.iter().enumerate().filter(move |(_, p)| level(p));
         points.filter_map(move |(i, p)| {
-            let pieces = || self.pieces.iter().enumerate();
-            let mut home = pieces().filter(|(_, s)| s.is_level(p));
-            if !home.all(|(_, s)| s.is_near(p, reach)) {
-                return None;
-            }
-            let close = pieces().filter(|(_, s)| p.z >= s.low - reach && p.z <= s.high + reach);
-            let beside = close.map(|(k, s)| (k, s.beside(p)));
-            let nearest = beside.min_by(|a, b| a.1.spare.total_cmp(&b.1.spare))?;
+            let mut home = self
+                .pieces
+                .iter()
+                .enumerate()
+                .filter(|(_, s)| s.is_level(p));
+            let nearest = match home.next() {
+                Some((k, s)) if s.is_near(p, reach) => self.descend(p, k),
+                Some(_) => return None,
+                // Below or above the rib.
+                None => [0, self.pieces.len() - 1]
+                    .map(|k| self.descend(p, k))
+                    .into_iter()
+                    .min_by(|a, b| a.1.spare.total_cmp(&b.1.spare))?,
+            };
             (nearest.1.spare < near).then_some((i, nearest))
         })
+    }
+
+    /// The piece nearest to the point `p`, from piece `k` on: the wall is a smooth surface.
+    fn descend(&self, p: &Vector3<f64>, mut k: usize) -> (usize, Beside) {
+        let mut best = self.pieces[k].beside(p);
+        loop {
+            let beside = [k.checked_sub(1), Some(k + 1)].into_iter().flatten();
+            let pieces = beside.filter_map(|i| Some((i, self.pieces.get(i)?.beside(p))));
+            match pieces.min_by(|a, b| a.1.spare.total_cmp(&b.1.spare)) {
+                Some((i, next)) if next.spare < best.spare => (k, best) = (i, next),
+                _ => return (k, best),
+            }
+        }
     }
 
     /// Whether all `points` keep `limit` from the middle surface of the rib, and [`RIB_GAP`] more where it

@@ -483,7 +483,7 @@ impl Scene {
                             let mut arc = q[0] - p[0];
                             arc -= turn * (arc / turn).round();
                             let z = q[1] - p[1];
-                            let away = arc.hypot(z);
+                            let away = (arc * arc + z * z).sqrt();
                             if away < nearest.map_or(limit + window, |n| n.0) && away > 0.0 {
                                 nearest = Some((away, i, m, [arc / away, z / away]));
                             }

@@ -136,7 +136,7 @@ fn both(a: Image, b: Image) -> Image {
 /// How far two images are apart, mm; so far are the surfaces at least, at every φ.
 pub(super) fn apart(a: &Image, b: &Image) -> f64 {
     let [first, second] = [0, 1].map(|i| (b[i][0] - a[i][1]).max(a[i][0] - b[i][1]).max(0.0));
-    first.hypot(second)
+    (first * first + second * second).sqrt()
 }
 
 #[cfg(test)]
