@@ -50,6 +50,12 @@ pub struct BallJoint {
     pub arm_half_height: f64,
     /// … and |y| ≤ this.
     pub arm_half_width: f64,
+    /// The lugs for the socket's screws fill |x| ≤ this,
+    pub lug_half_thickness: f64,
+    /// … |y| ≤ this
+    pub lug_reach: f64,
+    /// … and at least |z| ≤ this.
+    pub lug_half_height: f64,
     /// The follower's drums begin at |z| = this (follower frame).
     pub drum_start: f64,
 }
@@ -73,6 +79,12 @@ const PIN_WALL: f64 = 1.5;
 /// Half the height of the arm that holds the socket, mm.
 const ARM: f64 = 3.0;
 
+/// Half width of the socket lugs beyond the ring: room for a screw head, mm.
+pub const LUG_LENGTH: f64 = 7.0;
+
+/// Half the thickness of the socket lugs, mm.
+pub const LUG_HALF_THICKNESS: f64 = 5.0;
+
 impl Envelope {
     /// Dimensions for `motion` under `settings`.
     pub fn new(motion: &Motion, settings: &Settings) -> Envelope {
@@ -92,14 +104,19 @@ impl Envelope {
             let opening = neck_angle + reach.tilt;
             let ring_half_height = support.ball_radius_mm * opening.cos();
             let (sin, cos) = reach.tilt.sin_cos();
+            let ring_radius = support.ball_radius_mm + fit.joint_play_mm + support.socket_wall_mm;
             BallJoint {
                 ball_radius: support.ball_radius_mm,
                 neck_radius: support.neck_radius_mm,
                 opening,
-                ring_radius: support.ball_radius_mm + fit.joint_play_mm + support.socket_wall_mm,
+                ring_radius,
                 ring_half_height,
                 arm_half_height: ring_half_height.min(ARM),
                 arm_half_width: support.ball_radius_mm,
+                lug_half_thickness: LUG_HALF_THICKNESS,
+                lug_reach: ring_radius + LUG_LENGTH,
+                lug_half_height: 0.5 * support.screw_hole_diameter_mm
+                    + settings.gear.minimum_wall_mm,
                 drum_start: (ring_half_height + gap + follower_hub_radius * sin) / cos,
             }
         });

@@ -230,6 +230,10 @@ pub struct Margins {
     pub bead_radius: f64,
     /// Radius of the flanks across the tooth.
     pub flank_radius: f64,
+    /// Half the thickness of the ribs.
+    pub rib: f64,
+    /// Axes of driver and follower, and how near to them their ribs reach.
+    pub feet: [(Vector3<f64>, f64); 2],
 }
 
 impl Band {
@@ -351,7 +355,7 @@ pub(crate) fn slacks<'a>(
     });
     let sweeps = [Gear::Driver, Gear::Follower]
         .into_iter()
-        .flat_map(move |gear| advances(grid, j, tooth, (gear, margins.bead_radius)))
+        .flat_map(move |gear| advances(grid, j, tooth, (gear, margins)))
         .map(|advance| (Flaw::Fold, advance));
     contacts.chain(sweeps)
 }
@@ -381,33 +385,57 @@ pub fn in_body(
     }
 }
 
-/// How well a bead of the given radius advances when it is swept along the tooth, from station to
-/// station: of what the contact point advances the least share that a point of the cross section does,
-/// above the quarter below which it counts as folded; negative where the contact itself turns back.
+/// How well tooth and rib advance when they are swept, from station to station: of what the contact point
+/// advances the least share that a point of the bead does, above the quarter below which it counts as
+/// folded, or a point of the rib's foot above a smaller share; negative where the contact itself turns
+/// back.
 fn advances(
     grid: &Grid,
     j: usize,
     tooth: &Trace,
-    (gear, radius): (Gear, f64),
+    (gear, margins): (Gear, &Margins),
 ) -> impl Iterator<Item = f64> {
+    let (radius, half) = (margins.bead_radius, margins.rib);
+    let (axis, foot) = margins.feet[gear as usize];
     let section = move |i: usize| {
         let (p, n, t) = in_body(grid, j, i, &tooth[i], gear);
         let t = t.normalize();
         let b = t.cross(&n);
         let c = p + radius * n;
-        (t, [p, c + radius * n, c + radius * b, c - radius * b])
+        let outward = (c - axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
+        let away = outward.norm();
+        let inner = c - outward * (1.0 - (foot / away).min(SHORTEST_RIB));
+        let side = half * t.cross(&outward).normalize();
+        (
+            t,
+            [p, c, c + radius * n, c + radius * b],
+            [inner + side, inner - side],
+        )
     };
+    // Ribs end before their teeth do.
+    let inset = tooth.len() / 8;
+    let ribbed = inset..tooth.len() - inset;
     let mut before = section(0);
     (1..tooth.len()).map(move |i| {
         let here = section(i);
         let t = before.0 + here.0;
-        let advance = |k: usize| (here.1[k] - before.1[k]).dot(&t);
-        let own = advance(0);
-        let least = (1..4).map(advance).fold(f64::INFINITY, f64::min);
-        before = here;
-        match own > 0.0 {
-            true => least / own - 0.25,
-            false => -1.0,
+        let [contact, middle, behind, above] =
+            std::array::from_fn(|k| (here.1[k] - before.1[k]).dot(&t));
+        // Linear over the section, so the least on the bead's circle follows from three points.
+        let slope = (behind - middle).powi(2) + (above - middle).powi(2);
+        let mut slack = (middle - slope.sqrt()) / contact - FOLDED;
+        if ribbed.contains(&(i - 1)) && ribbed.contains(&i) {
+            let foot = (0..2).map(|k| (here.2[k] - before.2[k]).dot(&t));
+            slack = slack.min(foot.fold(f64::INFINITY, f64::min) / contact - FOLDED_RIB);
         }
+        before = here;
+        if contact > 0.0 { slack } else { -1.0 }
     })
 }
+
+/// Shares of the contact's advance below which a bead and a rib count as folded.
+const FOLDED: f64 = 0.25;
+const FOLDED_RIB: f64 = 0.1;
+
+/// Most of a bead's distance from the axis at which its rib may end.
+const SHORTEST_RIB: f64 = 0.8;

@@ -60,6 +60,8 @@ impl Workshop {
         let scale = settings.gear.center_distance_mm / 25.0;
         let thickness = settings.gear.tooth_thickness_mm;
         let bead_radius = 0.5 * thickness;
+        let scene = Scene::new(motion, settings, PHASES, 2);
+        let foot = |gear| (scene.axis(gear), scene.hub_radius(gear));
         let margins = Margins {
             gap: 0.5 * scale,
             curvature: flank::least_curvature(settings),
@@ -70,6 +72,8 @@ impl Workshop {
                 FlankRadius::Fixed(radius) => radius.max(bead_radius),
                 FlankRadius::Auto(_) => bead_radius,
             },
+            rib: scene.radii().rib,
+            feet: [Gear::Driver, Gear::Follower].map(foot),
         };
         // Stations of tooth j inside its own subinterval (the rest of the interval is overlap).
         let share = 0.5 / settings.gear.contact_ratio;
@@ -82,7 +86,7 @@ impl Workshop {
         let centres = centres.collect();
         Workshop {
             class: motion.class(),
-            scene: Scene::new(motion, settings, PHASES, 2),
+            scene,
             grid,
             margins,
             samples,

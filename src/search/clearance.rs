@@ -308,7 +308,7 @@ impl Scene {
         let Some(joint) = &self.envelope.ball_joint else {
             return Ok(());
         };
-        let reach = joint.ring_half_height.max(joint.arm_half_height) + self.gap + self.radii.bead;
+        let reach = joint_height(joint) + self.gap + self.radii.bead;
         let (sin, cos) = self.envelope.reach.tilt.sin_cos();
         let low = |c: &&Vector3<f64>| c.z.abs() * cos < reach + c.xy().norm() * sin;
         let of = |get: fn(&ToothBalls) -> &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
@@ -388,23 +388,41 @@ fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// Whether a point (relative to the joint centre) is nearer than `limit` to socket ring or arm.
+/// Whether a point (relative to the joint centre) is nearer than `limit` to the socket.
 fn near_joint(joint: &BallJoint, p: Vector3<f64>, limit: f64) -> bool {
-    let highest = joint.ring_half_height.max(joint.arm_half_height);
-    p.z.abs() - highest < limit && joint_distance(joint, p) < limit
+    p.z.abs() - joint_height(joint) < limit && joint_distance(joint, p) < limit
 }
 
-/// Distance of a point (relative to the joint centre) from socket ring and arm, negative inside, mm.
+/// Half the height of the socket with all that is on it, mm.
+pub(super) fn joint_height(joint: &BallJoint) -> f64 {
+    let heights = [
+        joint.ring_half_height,
+        joint.arm_half_height,
+        joint.lug_half_height,
+    ];
+    heights.into_iter().fold(0.0, f64::max)
+}
+
+/// Distance of a point (relative to the joint centre) from ring, arm and lugs of the socket, negative
+/// inside, mm.
 pub(super) fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
     // Of an infinite block whose corner is at 0.
-    let block = |dx: f64, dz: f64| match dx <= 0.0 && dz <= 0.0 {
-        true => dx.max(dz),
-        false => (dx.max(0.0).powi(2) + dz.max(0.0).powi(2)).sqrt(),
+    let block = |d: [f64; 3]| {
+        let inside = d[0].max(d[1]).max(d[2]);
+        let outside = d.map(|d| d.max(0.0).powi(2)).iter().sum::<f64>();
+        if inside <= 0.0 {
+            inside
+        } else {
+            outside.sqrt()
+        }
     };
-    let across = (p.y.abs() - joint.arm_half_width).max(-p.x);
-    let ring = block(
-        p.xy().norm() - joint.ring_radius,
-        p.z.abs() - joint.ring_half_height,
-    );
-    ring.min(block(across, p.z.abs() - joint.arm_half_height))
+    let over = |half_height: f64| p.z.abs() - half_height;
+    let (x, y) = (p.x.abs(), p.y.abs());
+    let within = f64::NEG_INFINITY;
+    let ring = p.xy().norm() - joint.ring_radius;
+    let arm = (y - joint.arm_half_width).max(-p.x);
+    let lugs = [x - joint.lug_half_thickness, y - joint.lug_reach];
+    block([ring, within, over(joint.ring_half_height)])
+        .min(block([arm, within, over(joint.arm_half_height)]))
+        .min(block([lugs[0], lugs[1], over(joint.lug_half_height)]))
 }

@@ -27,7 +27,7 @@ use crate::sub_gear::{BandLaw, Flaw};
 use crate::{Error, Result};
 use candidates::{Candidate, Workshop};
 use infeasible::{no_band, no_choice, places, worst_tooth};
-use polish::Team;
+use polish::{Team, race};
 use select::{Choice, Pool};
 
 /// Where the search is.
@@ -259,11 +259,13 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
                 let bands = choice.bands.iter();
                 bands.map(|&i| candidates[i].law.clone()).collect()
             };
-            let mut tried: Vec<Team> = distinct(&choices, plan.polished)
+            let chosen: Vec<&Choice> = distinct(&choices, plan.polished).collect();
+            let mut tried: Vec<Team> = chosen
+                .par_iter()
                 .map(|choice| Team::new(&workshop, laws(choice)))
                 .collect();
             tried.extend(grown);
-            let stopped = polish(&mut tried, &workshop, plan.rounds, &mut |done, q| {
+            let stopped = race(&mut tried, &workshop, plan.rounds, &mut |done, q| {
                 tell(POLISH, done, usable, Some(q))
             });
             teams.extend(tried);
@@ -447,37 +449,6 @@ impl Drawn {
         }
     }
 }
-
-/// Polishes the teams side by side; `Break` when `tell` breaks.
-fn polish(
-    teams: &mut [Team],
-    workshop: &Workshop,
-    rounds: usize,
-    tell: &mut dyn FnMut(f64, f64) -> ControlFlow<()>,
-) -> ControlFlow<()> {
-    let mut racing: Vec<usize> = (0..teams.len()).collect();
-    for round in 0..rounds {
-        let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
-        tell(round as f64 / rounds as f64, q)?;
-        // Most of what there is to gain comes in the first rounds.
-        if HEATS.contains(&round) {
-            racing.sort_by(|&a, &b| teams[b].q.total_cmp(&teams[a].q));
-            racing.truncate(racing.len().div_ceil(2).max(2));
-        }
-        let on = |i: &usize, team: &Team| racing.contains(i) && !team.is_done();
-        if !teams.iter().enumerate().any(|(i, team)| on(&i, team)) {
-            break;
-        }
-        let all = teams.par_iter_mut().enumerate();
-        all.filter(|(i, team)| on(i, team)).for_each(|(_, team)| {
-            team.improve(workshop);
-        });
-    }
-    ControlFlow::Continue(())
-}
-
-/// Rounds before which the lesser half of the teams drops out.
-const HEATS: [usize; 2] = [3, 8];
 
 /// Most bands above N tried while the hold is weak or there is none.
 const MORE: usize = 4;

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::clearance::{Phase, REACH, Scene, joint_distance};
+use super::clearance::{Phase, REACH, Scene, joint_distance, joint_height};
 use super::mates;
 use super::tooth::Tooth;
 use crate::design::Gear;
@@ -332,7 +332,7 @@ impl Scene {
         };
         let radii = self.radii();
         let mut places = Vec::new();
-        let tallest = joint.ring_half_height.max(joint.arm_half_height) + self.gap() + radii.bead;
+        let tallest = joint_height(joint) + self.gap() + radii.bead;
         let (sin, cos) = self.envelope().reach.tilt.sin_cos();
         for gear in [Gear::Driver, Gear::Follower] {
             for (j, body) in bodies[gear as usize].iter().enumerate() {

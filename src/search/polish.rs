@@ -2,11 +2,16 @@
 //! bands together. A step counts only when what was newly traced and measured is better, so that the
 //! result is never worse than its start.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Workshop};
 use super::near::Place;
-use super::program::{Program, Row, Step};
+use super::program::{Program, Row, Step, Stop};
 use super::select::min_q;
 use super::tooth::{self, Tooth, VARIABLES};
 use crate::closure::{Wrench, facets};
@@ -71,30 +76,26 @@ impl Team {
         self.here.is_none() || self.step < LEAST
     }
 
-    /// One step. Returns whether it was taken.
-    pub fn improve(&mut self, workshop: &Workshop) -> bool {
-        let Some(here) = &self.here else { return false };
+    /// One step, or none where nothing better is found or it is told to `stop`.
+    pub(super) fn improve(&mut self, workshop: &Workshop, stop: &Stop) {
+        let Some(here) = &self.here else { return };
         let price = PRICE * workshop.hold_unit();
         let merit = |q: f64, violation: f64| q - price * (violation - TOLERANCE).max(0.0);
         let Some(program) = here.program(workshop, (self.height, self.step)) else {
             self.here = None;
-            return false;
+            return;
         };
         let now = merit(here.q, here.violation);
-        loop {
-            let Some(step) = program.solve(self.step, price) else {
+        while self.step >= LEAST && !stop.load(Relaxed) {
+            let Some(step) = program.solve((self.step, price), stop) else {
                 self.step *= 0.25;
-                if self.step < LEAST {
-                    return false;
-                }
                 continue;
             };
             let promised = merit(step.hold, step.violation) - now;
-            if promised
-                < WORTH * self.step.max(LEAST) * (here.q.abs() + 0.01 * workshop.hold_unit())
-            {
+            let worth = WORTH * self.step * (here.q.abs() + 0.01 * workshop.hold_unit());
+            if promised < worth {
                 self.step = 0.0;
-                return false;
+                return;
             }
             let next = here.after(workshop, &step, self.height);
             let gained = next.as_ref().map_or(f64::NEG_INFINITY, |next| {
@@ -102,9 +103,6 @@ impl Team {
             });
             let Some(next) = next.filter(|_| gained > 0.1 * promised) else {
                 self.step *= 0.4;
-                if self.step < LEAST {
-                    return false;
-                }
                 continue;
             };
             if gained > 0.6 * promised {
@@ -115,7 +113,7 @@ impl Team {
                 self.bands = next.bands.clone();
             }
             self.here = Some(next);
-            return true;
+            return;
         }
     }
 
@@ -136,6 +134,7 @@ impl Team {
             .map(|i| (q(i), i))
             .collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        order.truncate(GROWTH);
         let team = |&(_, i): &(f64, usize)| {
             let bands = self.bands.iter().chain([&candidates[i].law]);
             Team::new(workshop, bands.cloned().collect())
@@ -144,17 +143,7 @@ impl Team {
             let here = team.here.as_ref();
             here.is_some_and(|s| s.violation <= workshop.scene.gap())
         };
-        order.iter().map(team).find(fits)
-    }
-}
-
-impl std::fmt::Display for Team {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (q, v) = self
-            .here
-            .as_ref()
-            .map_or((f64::NAN, f64::NAN), |s| (s.q, s.violation));
-        write!(f, "{:.3} {q:.3} v{v:.3} s{:.2}", self.q, self.step)
+        order.par_iter().map(team).find_first(fits)
     }
 }
 
@@ -289,6 +278,63 @@ impl State {
         rows
     }
 }
+
+/// Polishes the teams side by side, `rounds` steps each at most; `Break` when `tell` breaks, which is asked
+/// all the time.
+pub(super) fn race(
+    teams: &mut [Team],
+    workshop: &Workshop,
+    rounds: usize,
+    tell: &mut dyn FnMut(f64, f64) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let mut racing: Vec<usize> = (0..teams.len()).collect();
+    for round in 0..rounds {
+        let q = teams.iter().map(|t| t.q).fold(f64::NEG_INFINITY, f64::max);
+        let done = round as f64 / rounds as f64;
+        tell(done, q)?;
+        // Most of what there is to gain comes in the first rounds.
+        if HEATS.contains(&round) {
+            racing.sort_by(|&a, &b| teams[b].q.total_cmp(&teams[a].q));
+            racing.truncate(racing.len().div_ceil(2).max(2));
+        }
+        let on = |(i, team): &(usize, &mut Team)| racing.contains(i) && !team.is_done();
+        let mut on: Vec<&mut Team> = teams
+            .iter_mut()
+            .enumerate()
+            .filter(on)
+            .map(|t| t.1)
+            .collect();
+        if on.is_empty() {
+            break;
+        }
+        let stop = Stop::default();
+        std::thread::scope(|scope| {
+            let (done_with_it, ended) = mpsc::channel::<()>();
+            let work = || {
+                on.par_iter_mut()
+                    .for_each(|team| team.improve(workshop, &stop));
+                drop(done_with_it);
+            };
+            scope.spawn(work);
+            // Nothing is ever sent: the channel closes when the work ends.
+            while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(LOOK) {
+                if tell(done, q).is_break() {
+                    stop.store(true, Relaxed);
+                }
+            }
+        });
+    }
+    ControlFlow::Continue(())
+}
+
+/// Rounds before which the lesser half of the teams drops out.
+const HEATS: [usize; 2] = [3, 8];
+
+/// How often the observer is asked whether to go on.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Candidates tried as one more band, those that add most to Q first.
+const GROWTH: usize = 200;
 
 /// Gaps that a step of one natural size may use up, mm at L = 25.
 const WINDOW: f64 = 1.5;

@@ -1,10 +1,16 @@
 //! The linear program of one step of the polish: all design variables move at once, within a trust
 //! region, so that the smallest hold grows most while every limit is kept to first order.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus,
 };
+
+/// Set when the work has to end.
+pub(super) type Stop = Arc<AtomicBool>;
 
 /// A quantity and its change by the design variables (index, per natural size).
 #[derive(Debug, Clone)]
@@ -54,7 +60,8 @@ impl Program {
     ///
     /// Few of the rows matter: those that a small part of the step could reach are heeded first, then
     /// those that turn out to be missed.
-    pub fn solve(&self, step: f64, price: f64) -> Option<Step> {
+    /// It gives up as well as soon as it is told to `stop`.
+    pub fn solve(&self, (step, price): (f64, f64), stop: &Stop) -> Option<Step> {
         let least = self.holds.iter().map(|row| row.value).reduce(f64::min)?;
         let reached = |row: &Row, from: f64, share: f64| row.least(share * step) < from;
         let mut holds: Vec<bool> = self
@@ -64,7 +71,7 @@ impl Program {
             .collect();
         let mut limits: Vec<bool> = self.limits.iter().map(|r| reached(r, 0.0, FIRST)).collect();
         for _ in 0..ROUNDS {
-            let found = self.relaxed((&holds, &limits), (step, price))?;
+            let found = self.relaxed((&holds, &limits), (step, price), stop)?;
             let (hold, violation) = (found.hold, found.violation);
             let mut missed = 0;
             let mut heed = |rows: &[Row], heeded: &mut [bool], from: f64| {
@@ -81,7 +88,7 @@ impl Program {
                 return Some(found);
             }
         }
-        let mut found = self.relaxed((&holds, &limits), (step, price))?;
+        let mut found = self.relaxed((&holds, &limits), (step, price), stop)?;
         let least = |rows: &[Row]| {
             let after = rows.iter().map(|row| row.after(&found.moves));
             after.fold(f64::INFINITY, f64::min)
@@ -95,6 +102,7 @@ impl Program {
         &self,
         (holds, limits): (&[bool], &[bool]),
         (step, price): (f64, f64),
+        stop: &Stop,
     ) -> Option<Step> {
         // Variables: the moves in units of the step, the hold, the worst violation.
         let (n, hold, violation) = (self.variables + 2, self.variables, self.variables + 1);
@@ -134,6 +142,8 @@ impl Program {
         let quadratic = CscMatrix::zeros((n, n));
         let mut solver =
             DefaultSolver::new(&quadratic, &cost, &a, &bound, &cones, settings).ok()?;
+        let stop = Arc::clone(stop);
+        solver.set_termination_callback(move |_| stop.load(Relaxed));
         solver.solve();
         let solution = &solver.solution;
         let solved = matches!(

@@ -6,6 +6,7 @@ use super::recipe::{Body, Feature, Parameter, Recipe};
 use super::{joints, pieces, support};
 use crate::Result;
 use crate::design::{Design, Gear};
+use crate::envelope;
 use crate::motion::{Class, Motion};
 
 /// Parametric solids of everything that is not a tooth or a rib.
@@ -379,21 +380,17 @@ fn parameters(design: &Design, m: &Measures) -> Vec<Parameter> {
         );
         t.free(
             "lug_half_height",
-            (
-                0.5 * frame.screw_hole_diameter_mm + wall,
-                m.lug_half_height,
-                m.lug_half_height,
-            ),
+            (joint.lug_half_height, m.lug_half_height, m.lug_half_height),
             "half height of the lugs for the socket's screws",
         );
         t.fixed(
             "lug_length",
-            measure::LUG_LENGTH,
+            envelope::LUG_LENGTH,
             "length of those lugs beyond the ring",
         );
         t.fixed(
             "lug_half_thickness",
-            measure::LUG_HALF_THICKNESS,
+            envelope::LUG_HALF_THICKNESS,
             "half thickness of those lugs",
         );
         t.free(

@@ -92,10 +92,6 @@ pub const BRIDGE_THICKNESS: f64 = 7.0;
 pub const THICKEST_BRIDGE: f64 = 10.0;
 /// The bridge's eye grows to at most this share of L (15 mm at L = 25).
 const EYE_CAP: f64 = 0.6;
-/// Half width of the socket lugs beyond the ring: room for a screw head, mm.
-pub const LUG_LENGTH: f64 = 7.0;
-/// The lugs fill |x| ≤ this, mm.
-pub const LUG_HALF_THICKNESS: f64 = 5.0;
 /// Thickness of the follower stand's foot, mm.
 pub const FOOT_THICKNESS: f64 = 5.0;
 
@@ -347,12 +343,11 @@ impl Measures {
                 .iter()
                 .zip(centres)
                 .filter(|(p, _)| {
-                    p.x.abs() < LUG_HALF_THICKNESS + gap
-                        && p.y.abs() < j.ring_radius + LUG_LENGTH + gap
+                    p.x.abs() < j.lug_half_thickness + gap && p.y.abs() < j.lug_reach + gap
                 })
                 .map(|(p, centre)| (p.z - centre).abs() - gap)
                 .fold(j.arm_half_height, f64::min)
-                .max(0.5 * settings.support.screw_hole_diameter_mm + settings.gear.minimum_wall_mm)
+                .max(j.lug_half_height)
         });
 
         Measures {
