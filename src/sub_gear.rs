@@ -386,9 +386,8 @@ pub fn in_body(
 }
 
 /// How well tooth and rib advance when they are swept, from station to station: of what the contact point
-/// advances the least share that a point of the bead does, above the quarter below which it counts as
-/// folded, or a point of the rib's foot above a smaller share; negative where the contact itself turns
-/// back.
+/// advances the least share that a point of the bead or of the rib's foot does, above the quarter below
+/// which it counts as folded; negative where the contact itself turns back.
 fn advances(
     grid: &Grid,
     j: usize,
@@ -426,16 +425,16 @@ fn advances(
         let mut slack = (middle - slope.sqrt()) / contact - FOLDED;
         if ribbed.contains(&(i - 1)) && ribbed.contains(&i) {
             let foot = (0..2).map(|k| (here.2[k] - before.2[k]).dot(&t));
-            slack = slack.min(foot.fold(f64::INFINITY, f64::min) / contact - FOLDED_RIB);
+            slack = slack.min(foot.fold(f64::INFINITY, f64::min) / contact - FOLDED);
         }
         before = here;
         if contact > 0.0 { slack } else { -1.0 }
     })
 }
 
-/// Shares of the contact's advance below which a bead and a rib count as folded.
+/// Share of the contact's advance below which a bead or a rib counts as folded: rings that lie closer
+/// together meet at edges too sharp to print.
 const FOLDED: f64 = 0.25;
-const FOLDED_RIB: f64 = 0.1;
 
 /// Most of a bead's distance from the axis at which its rib may end.
 const SHORTEST_RIB: f64 = 0.8;

@@ -635,3 +635,124 @@ const LEVEL: Vector3<f64> = Vector3::new(1.0, 1.0, 0.0);
 
 /// Stations between those at which neighbouring teeth are compared.
 const NEIGHBOURS: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::motion::MotionFile;
+    use crate::search::candidates::Workshop;
+    use crate::search::tooth::{self, VARIABLES};
+    use crate::sub_gear::{BandLaw, OWN, SKETCH};
+
+    const WOBBLE: &str = r#"
+        name = "wobble"
+        class = "3R"
+        [motion]
+        kind = "formula"
+        own_turn = "-phi"
+        axis = ["0.12*cos(phi)", "0.08*sin(2*phi)", "1"]
+    "#;
+
+    /// The first `count` usable bands, whether they go together or not.
+    fn bands(workshop: &Workshop, count: usize) -> Vec<BandLaw> {
+        let mut laws = Vec::new();
+        for first in (0..).step_by(64) {
+            let (usable, _) = workshop.sample(1, (first, 64), &[]);
+            laws.extend(usable.into_iter().map(|c| c.law));
+            if laws.len() >= count {
+                break;
+            }
+        }
+        laws.truncate(count);
+        laws
+    }
+
+    #[test]
+    fn gaps_follow_the_design_variables() {
+        let (file, motion) =
+            MotionFile::parse(WOBBLE, Path::new("wobble.toml"), Path::new(".")).unwrap();
+        let workshop = Workshop::new(&motion, &file.settings);
+        let laws = bands(&workshop, 3);
+        let teeth = |laws: &[BandLaw]| -> Vec<Vec<Tooth>> {
+            let band = |law| tooth::teeth(&workshop, law, 100.0).unwrap();
+            laws.iter().map(band).collect()
+        };
+        let here = teeth(&laws);
+        let slope = |b: usize, j: usize| here[b][j].slopes(&workshop, j, &laws[b], 100.0).unwrap();
+        let slopes: Vec<Vec<Vec<Tooth>>> = (0..laws.len())
+            .map(|b| (0..here[b].len()).map(|j| slope(b, j)).collect())
+            .collect();
+        // All variables of all bands move at once.
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let count = SKETCH + OWN * here[0].len();
+        let step = 1e-4;
+        let moves: Vec<Vec<f64>> = laws
+            .iter()
+            .map(|_| {
+                (0..count)
+                    .map(|_| step * rng.random_range(-1.0..1.0))
+                    .collect()
+            })
+            .collect();
+        let moved: Vec<BandLaw> = laws
+            .iter()
+            .zip(&moves)
+            .map(|(law, moves)| tooth::moved(&workshop, law, moves))
+            .collect();
+        let before = workshop.places(&here, 1.0);
+        let after = workshop.places(&teeth(&moved), 1.1);
+        let same = |a: &Spot, b: &Spot| {
+            (a.band, a.tooth, a.gear, a.layer, a.station)
+                == (b.band, b.tooth, b.gear, b.layer, b.station)
+        };
+        let mut kinds = std::collections::BTreeSet::new();
+        let (mut followed, mut all) = (0, 0);
+        for place in &before {
+            let change = |spot: &Spot| -> f64 {
+                let by = |v: usize| {
+                    let own = if v < SKETCH { 0 } else { OWN * spot.tooth };
+                    moves[spot.band][own + v]
+                };
+                let slopes = &slopes[spot.band][spot.tooth];
+                (0..VARIABLES)
+                    .map(|v| by(v) * spot.change(&slopes[v]))
+                    .sum()
+            };
+            let expected = place.slack + place.spots.iter().map(change).sum::<f64>();
+            // The same spots may meet at several phases.
+            let near = after.iter().filter(|other| {
+                other.spots.len() == place.spots.len()
+                    && other
+                        .spots
+                        .iter()
+                        .zip(&place.spots)
+                        .all(|(a, b)| same(a, b))
+            });
+            let error = near
+                .map(|other| (other.slack - expected).abs())
+                .fold(f64::INFINITY, f64::min);
+            all += 1;
+            if error < 0.02 * step {
+                followed += 1;
+                let kind = (
+                    place.spots.len(),
+                    place.spots.iter().map(|s| s.gear).sum::<usize>(),
+                );
+                kinds.insert(kind);
+            }
+        }
+        // Where another spot takes over there is nothing to compare.
+        assert!(all > 500, "{all} places");
+        assert!(
+            followed as f64 > 0.9 * all as f64,
+            "{followed} of {all} gaps"
+        );
+        // Single spots and pairs, on either gear and between them.
+        let wanted = [(1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+        assert!(wanted.iter().all(|kind| kinds.contains(kind)), "{kinds:?}");
+    }
+}

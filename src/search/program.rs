@@ -185,3 +185,65 @@ impl Matrix {
         self.bound.push(bound);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+
+    fn row(value: f64, slope: &[(usize, f64)]) -> Row {
+        Row {
+            value,
+            slope: slope.to_vec(),
+        }
+    }
+
+    #[test]
+    fn the_least_hold_grows_until_a_limit_stops_it() {
+        // min(1 + x, 1 + 2y) with 0.3 − x ≥ 0 and steps of at most 1: x = 0.3, y ≥ 0.15.
+        let program = Program {
+            variables: 2,
+            holds: vec![row(1.0, &[(0, 1.0)]), row(1.0, &[(1, 2.0)])],
+            limits: vec![row(0.3, &[(0, -1.0)]), row(100.0, &[(1, -1.0)])],
+        };
+        let found = program.solve((1.0, 10.0), &Stop::default()).unwrap();
+        assert_abs_diff_eq!(found.hold, 1.3, epsilon = 1e-3);
+        assert_abs_diff_eq!(found.moves[0], 0.3, epsilon = 1e-3);
+        assert!(
+            found.moves[1] > 0.149 && found.violation < 1e-3,
+            "{found:?}"
+        );
+        // A short step is all that there is.
+        let found = program.solve((0.1, 10.0), &Stop::default()).unwrap();
+        assert_abs_diff_eq!(found.hold, 1.1, epsilon = 1e-3);
+    }
+
+    #[test]
+    fn a_violation_is_paid_for() {
+        // 1 mm short at the start, mended before anything is gained.
+        let program = Program {
+            variables: 1,
+            holds: vec![row(1.0, &[(0, 1.0)])],
+            limits: vec![row(-1.0, &[(0, -2.0)])],
+        };
+        let found = program.solve((1.0, 10.0), &Stop::default()).unwrap();
+        assert_abs_diff_eq!(found.moves[0], -0.5, epsilon = 1e-3);
+        assert_abs_diff_eq!(found.violation, 0.0, epsilon = 1e-3);
+        // At a low price the hold is worth more.
+        let found = program.solve((1.0, 0.1), &Stop::default()).unwrap();
+        assert_abs_diff_eq!(found.moves[0], 1.0, epsilon = 1e-3);
+    }
+
+    #[test]
+    fn told_to_stop_it_gives_up() {
+        let program = Program {
+            variables: 1,
+            holds: vec![row(1.0, &[(0, 1.0)])],
+            limits: Vec::new(),
+        };
+        let stop = Stop::default();
+        stop.store(true, Relaxed);
+        assert!(program.solve((1.0, 1.0), &stop).is_none());
+    }
+}

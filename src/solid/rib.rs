@@ -11,6 +11,10 @@ use crate::{Error, Result};
 /// the bead's distance.
 const SHORTEST: f64 = 0.8;
 
+/// Thickness at the bead's middle as a share of the rib's: corners that lay on the surface of a bead as
+/// thick as the rib would show through it as crumbs.
+const TUCKED: f64 = 0.97;
+
 /// Frames left out at both ends of a tooth: rib and bead end in planes of different slant, and where
 /// they met they would leave thin corners.
 pub const INSET: usize = 4;
@@ -25,7 +29,7 @@ pub fn span<T>(frames: &[T]) -> &[T] {
 
 /// The two ends of the rib's middle line at one station, and the unit vector across it: from the
 /// bead's centre horizontally to `inner_radius` from the hub axis through `axis`; the wall is
-/// `section.rib` thick along T × radial, hence everywhere within the bead's shadow.
+/// `section.rib` thick along T × radial ([`rib`]), hence everywhere within the bead's shadow.
 pub fn line(
     frame: &Frame,
     section: &Section,
@@ -65,7 +69,8 @@ pub fn rib(
         .map(|frame| {
             let [outer, inner, across] = line(frame, section, axis, foot);
             let side = half * across;
-            vec![outer - side, outer + side, inner + side, inner - side]
+            let tucked = TUCKED * side;
+            vec![outer - tucked, outer + tucked, inner + side, inner - side]
         })
         .collect();
     if rings

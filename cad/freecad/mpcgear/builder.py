@@ -17,6 +17,7 @@ from .printing import build_print
 
 SHORTEST_NECK = 0.1  # mm; a loft mistakes corners that are closer together for each other
 SHORTEST_EDGE = 1e-9  # mm; shorter edges of the section are left out
+TUCKED_RIB = 0.97  # of its thickness at the bead's middle: its corners stay inside the bead
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
 
 
@@ -209,7 +210,8 @@ def rib_section(document, section):
     stretches its link to the rib's length."""
     sketch = document.addObject("Sketcher::SketchObject", "RibSection")
     half = section["rib"] / 2
-    corners = [App.Vector(x, y, 0) for x, y in ((-half, -1), (half, -1), (half, 0), (-half, 0))]
+    top = TUCKED_RIB * half
+    corners = [App.Vector(x, y, 0) for x, y in ((-half, -1), (half, -1), (top, 0), (-top, 0))]
     sketch.addGeometry([Part.LineSegment(corners[i], corners[(i + 1) % 4]) for i in range(4)])
     for edge in range(4):
         sketch.addConstraint(Sketcher.Constraint("Coincident", edge, 2, (edge + 1) % 4, 1))
@@ -218,7 +220,7 @@ def rib_section(document, section):
     sketch.addConstraint(Sketcher.Constraint("PointOnObject", 2, 1, -1))
     sketch.addConstraint(Sketcher.Constraint("DistanceY", 1, 1, 1, 2, 1.0))
     constrain(sketch, "rib_foot", "ToothParams.rib_foot", "DistanceX", 0, 1, 0, 2, 2 * half)
-    constrain(sketch, "rib", "ToothParams.rib", "DistanceX", 2, 2, 2, 1, 2 * half)
+    constrain(sketch, "rib", "%s * ToothParams.rib" % TUCKED_RIB, "DistanceX", 2, 2, 2, 1, 2 * top)
     return sketch
 
 
