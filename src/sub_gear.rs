@@ -386,7 +386,7 @@ pub fn in_body(
 }
 
 /// How well tooth and rib advance when they are swept, from station to station: of what the contact point
-/// advances the least share that a point of the bead or of the rib's foot does, above the quarter below
+/// advances the least share that a point of the bead or of the rib's foot does, above that below
 /// which it counts as folded; negative where the contact itself turns back.
 fn advances(
     grid: &Grid,
@@ -434,7 +434,7 @@ fn advances(
 
 /// Share of the contact's advance below which a bead or a rib counts as folded: rings that lie closer
 /// together meet at edges too sharp to print.
-const FOLDED: f64 = 0.25;
+const FOLDED: f64 = 0.3;
 
 /// Most of a bead's distance from the axis at which its rib may end.
 const SHORTEST_RIB: f64 = 0.8;

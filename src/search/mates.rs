@@ -86,7 +86,7 @@ impl Bead {
         points: &'a [Vector3<f64>],
         near: f64,
     ) -> impl Iterator<Item = (usize, (usize, Beside))> + use<'a> {
-        let reach = near + RIB_GAP + SINK;
+        let reach = near + RIB_GAP;
         let level = move |p: &Vector3<f64>| {
             p.z >= self.low - reach
                 && p.z <= self.high + reach
@@ -228,7 +228,7 @@ impl Piece {
             along,
             share,
             way: away / distance.max(f64::MIN_POSITIVE),
-            spare: distance - (RIB_GAP + SINK) * depth,
+            spare: distance - RIB_GAP * depth,
         }
     }
 }
@@ -259,7 +259,7 @@ impl Mates {
     ) -> Vec<Meeting> {
         let placed = self.follower.placed(follower_in_driver, self.driver.axis);
         let back = self.driver.placed(driver_in_follower, self.follower.axis);
-        let limit = 2.0 * self.radius - SINK;
+        let limit = 2.0 * self.radius;
         let bead = |(station, along): (usize, f64)| (station, along, 1.0);
         let mut meetings: Vec<Meeting> = all_closest(&self.driver.points, &placed, limit + window)
             .into_iter()
@@ -269,7 +269,7 @@ impl Mates {
                 way: beads.way,
             })
             .collect();
-        let reach = self.radius + self.rib_radius - SINK;
+        let reach = self.radius + self.rib_radius;
         let near = reach + window;
         let driver = self.driver.rib_meets(&placed, near).into_iter();
         meetings.extend(driver.map(|(spare, follower, driver, way)| Meeting {

@@ -703,8 +703,8 @@ mod tests {
             .zip(&moves)
             .map(|(law, moves)| tooth::moved(&workshop, law, moves))
             .collect();
-        let before = workshop.places(&here, 1.0);
-        let after = workshop.places(&teeth(&moved), 1.1);
+        let before = workshop.places(&here, 4.0);
+        let after = workshop.places(&teeth(&moved), 4.1);
         let same = |a: &Spot, b: &Spot| {
             (a.band, a.tooth, a.gear, a.layer, a.station)
                 == (b.band, b.tooth, b.gear, b.layer, b.station)
