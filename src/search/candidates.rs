@@ -40,6 +40,7 @@ pub struct Workshop {
     length: f64,
     /// K that is asked for, or the least that closes the class.
     pairs: usize,
+    flattens: bool,
 }
 
 /// A band that is fabricable by itself, ready to be combined.
@@ -96,6 +97,7 @@ impl Workshop {
                 true => 0.5 * settings.gear.center_distance_mm,
                 false => 1.0,
             },
+            flattens: matches!(settings.gear.flank_radius_mm, FlankRadius::Auto(_)),
             pairs: match settings.gear.sub_gear_pairs {
                 PairCount::Fixed(k) => k,
                 PairCount::Auto(_) => motion.class().dof() + 1,
@@ -245,6 +247,11 @@ impl Workshop {
         }
         let step = rng.random_range(0.3..2.0);
         mutate(rng, law, step, self.scale)
+    }
+
+    /// Whether flanks are made as flat as contacts allow.
+    pub(super) fn flattens(&self) -> bool {
+        self.flattens
     }
 
     /// Where bands come near each other, hubs, joint and themselves: slack below `window`, mm.

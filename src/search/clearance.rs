@@ -11,7 +11,7 @@ use crate::contact::Grid;
 use crate::design::Gear;
 use crate::envelope::{BallJoint, Envelope};
 use crate::motion::{Motion, MotionState, Pose};
-use crate::settings::Settings;
+use crate::settings::{FlankRadius, Settings};
 use crate::sub_gear::{Band, Flaw};
 
 /// One sampled phase.
@@ -19,6 +19,8 @@ use crate::sub_gear::{Band, Flaw};
 pub(super) struct Phase {
     /// Teeth that can be near the mesh: within [`MESH_WINDOW`] of their contact.
     pub meshing: Vec<bool>,
+    /// How far each tooth is before or after its contact, rad; 0 during it.
+    pub apart: Vec<f64>,
     /// Follower seen from the driver, and the other way round.
     pub follower_in_driver: Pose,
     pub driver_in_follower: Pose,
@@ -39,6 +41,8 @@ pub struct Scene {
     gap: f64,
     stride: usize,
     cell: f64,
+    /// For the corners of flanks that are made flat, mm.
+    room: f64,
 }
 
 impl Scene {
@@ -54,10 +58,11 @@ impl Scene {
         let teeth = settings.gear.teeth;
         let turn = std::f64::consts::TAU;
         // Tooth j is in mid contact in the middle of its share of the turn.
-        let meshes = |phi: f64, j: usize| {
+        let away = |phi: f64, j: usize| {
             let away = (phi - (j as f64 + 0.5) * turn / teeth as f64).rem_euclid(turn);
-            away.min(turn - away) < MESH_WINDOW
+            away.min(turn - away)
         };
+        let half = 0.5 * settings.gear.contact_ratio * turn / teeth as f64;
         let phases = (0..count)
             .map(|i| {
                 let phi = ((i * step) % count) as f64 * turn / count as f64;
@@ -68,7 +73,8 @@ impl Scene {
                 driver.translation -= motion.joint_centre(phi);
                 follower.translation -= motion.joint_centre(phi);
                 Phase {
-                    meshing: (0..teeth).map(|j| meshes(phi, j)).collect(),
+                    meshing: (0..teeth).map(|j| away(phi, j) < MESH_WINDOW).collect(),
+                    apart: (0..teeth).map(|j| (away(phi, j) - half).max(0.0)).collect(),
                     follower_in_driver,
                     driver_in_follower,
                     driver,
@@ -97,6 +103,10 @@ impl Scene {
             gap: settings.fit.safety_gap_mm,
             stride,
             cell: 0.02 * l,
+            room: match settings.gear.flank_radius_mm {
+                FlankRadius::Auto(_) => ROOM * l / 25.0,
+                FlankRadius::Fixed(_) => 0.0,
+            },
         }
     }
 
@@ -123,6 +133,12 @@ impl Scene {
     /// Gap wanted between parts that must never touch, mm.
     pub(super) fn gap(&self) -> f64 {
         self.gap
+    }
+
+    /// Room that a tooth leaves to others of its band for flanks made flat, mm; to its mate as much as it is
+    /// away from their contact, `apart` (rad).
+    pub(super) fn room(&self, apart: f64) -> f64 {
+        self.room * (apart / PASSED).min(1.0).powi(2)
     }
 
     /// Every so many stations of a tooth are looked at.
@@ -380,6 +396,12 @@ pub(super) const REACH: f64 = 0.84;
 
 /// Radius on which fins are unrolled, as a share of the centre distance: half way up a fin.
 const FIN_RADIUS: f64 = 0.36;
+
+/// Corners of flat flanks stand out so far over a round bead, mm at L = 25.
+const ROOM: f64 = 0.2;
+
+/// So far from their contact a tooth and its mate have passed each other, rad.
+const PASSED: f64 = 0.4;
 
 /// Teeth further than this from their contact are behind their gear, rad.
 const MESH_WINDOW: f64 = 1.3;

@@ -141,9 +141,10 @@ impl Scene {
                 if (a, j) == (b, k) || !seen.may_reach(&driver[a][j], reach) {
                     continue;
                 }
-                let met = self.meetings(&driver[a][j], &seen, window);
+                let room = if a == b { self.room(f64::MAX) } else { 0.0 };
+                let met = self.meetings(&driver[a][j], &seen, window + room);
                 places.extend(met.into_iter().map(|meeting| Place {
-                    slack: meeting.slack,
+                    slack: meeting.slack - room,
                     spots: vec![
                         spot((a, j, 0), meeting.sites[0], -meeting.way),
                         spot((b, k, 1), meeting.sites[1], back * meeting.way),
@@ -248,10 +249,11 @@ impl Scene {
             let pair = self.mate(tooth.beads.each_ref().map(|layers| layers[0].clone()));
             for phase in self.phases().iter().filter(|p| p.meshing[j]) {
                 let poses = [&phase.follower_in_driver, &phase.driver_in_follower];
-                for mates::Meeting { slack, at, way } in pair.meetings(poses, window) {
+                let room = self.room(phase.apart[j]);
+                for mates::Meeting { slack, at, way } in pair.meetings(poses, window + room) {
                     let back = phase.follower_in_driver.rotation.transpose();
                     places.push(Place {
-                        slack,
+                        slack: slack - room,
                         spots: vec![spot(j, 0, at[0], -way), spot(j, 1, at[1], back * way)],
                     });
                 }
@@ -645,7 +647,7 @@ mod tests {
     use super::*;
     use crate::motion::MotionFile;
     use crate::search::candidates::Workshop;
-    use crate::search::tooth::{self, VARIABLES};
+    use crate::search::tooth::{self, Bounds, VARIABLES};
     use crate::sub_gear::{BandLaw, OWN, SKETCH};
 
     const WOBBLE: &str = r#"
@@ -677,12 +679,13 @@ mod tests {
             MotionFile::parse(WOBBLE, Path::new("wobble.toml"), Path::new(".")).unwrap();
         let workshop = Workshop::new(&motion, &file.settings);
         let laws = bands(&workshop, 3);
+        let bounds = Bounds::of(&workshop, &laws[0]);
         let teeth = |laws: &[BandLaw]| -> Vec<Vec<Tooth>> {
-            let band = |law| tooth::teeth(&workshop, law, 100.0).unwrap();
+            let band = |law| tooth::teeth(&workshop, law, bounds).unwrap();
             laws.iter().map(band).collect()
         };
         let here = teeth(&laws);
-        let slope = |b: usize, j: usize| here[b][j].slopes(&workshop, j, &laws[b], 100.0).unwrap();
+        let slope = |b: usize, j: usize| here[b][j].slopes(&workshop, j, &laws[b], bounds).unwrap();
         let slopes: Vec<Vec<Vec<Tooth>>> = (0..laws.len())
             .map(|b| (0..here[b].len()).map(|j| slope(b, j)).collect())
             .collect();

@@ -13,7 +13,7 @@ use super::candidates::{Candidate, Workshop};
 use super::near::Place;
 use super::program::{Program, Row, Step, Stop};
 use super::select::min_q;
-use super::tooth::{self, Tooth, VARIABLES};
+use super::tooth::{self, Bounds, Tooth, VARIABLES};
 use crate::closure::{Wrench, facets};
 use crate::sub_gear::{BandLaw, OWN, SKETCH};
 
@@ -24,8 +24,8 @@ pub struct Team {
     pub bands: Vec<BandLaw>,
     /// Their smallest Q over the workshop's phases.
     pub q: f64,
-    /// Room that a band may take, mm: that of the tallest at the start.
-    height: f64,
+    /// What each band has to keep: the room of the tallest and its own flanks at the start.
+    bounds: Vec<Bounds>,
     /// Where the steps have led, and how far the next may go.
     here: Option<State>,
     step: f64,
@@ -58,14 +58,16 @@ const PRICE: f64 = 4.0;
 impl Team {
     /// Starts from compatible bands.
     pub fn new(workshop: &Workshop, bands: Vec<BandLaw>) -> Team {
-        let heights = bands.iter().map(|law| tooth::height(workshop, law));
-        let height = heights.fold(0.0, f64::max) + 1e-6;
-        let here = State::new(workshop, bands.clone(), height);
+        let bounds = bands.iter().map(|law| Bounds::of(workshop, law));
+        let mut bounds: Vec<Bounds> = bounds.collect();
+        let height = bounds.iter().map(|b| b.height).fold(0.0, f64::max);
+        bounds.iter_mut().for_each(|b| b.height = height);
+        let here = State::new(workshop, bands.clone(), &bounds);
         let here = here.map(|s| s.measured(workshop));
         Team {
             q: here.as_ref().map_or(f64::NEG_INFINITY, |s| s.q),
             bands,
-            height,
+            bounds,
             here,
             step: 0.3,
         }
@@ -81,7 +83,7 @@ impl Team {
         let Some(here) = &self.here else { return };
         let price = PRICE * workshop.hold_unit();
         let merit = |q: f64, violation: f64| q - price * (violation - TOLERANCE).max(0.0);
-        let Some(program) = here.program(workshop, (self.height, self.step)) else {
+        let Some(program) = here.program(workshop, (&self.bounds, self.step)) else {
             self.here = None;
             return;
         };
@@ -97,7 +99,7 @@ impl Team {
                 self.step = 0.0;
                 return;
             }
-            let next = here.after(workshop, &step, self.height);
+            let next = here.after(workshop, &step, &self.bounds);
             let gained = next.as_ref().map_or(f64::NEG_INFINITY, |next| {
                 merit(next.q, next.violation) - now
             });
@@ -150,10 +152,11 @@ impl Team {
 impl State {
     /// Traces `bands` and takes their hold; what they violate is not known yet. `None` where one
     /// degenerates.
-    fn new(workshop: &Workshop, bands: Vec<BandLaw>, height: f64) -> Option<State> {
+    fn new(workshop: &Workshop, bands: Vec<BandLaw>, bounds: &[Bounds]) -> Option<State> {
         let teeth = bands
             .par_iter()
-            .map(|law| tooth::teeth(workshop, law, height))
+            .zip(bounds)
+            .map(|(law, &bounds)| tooth::teeth(workshop, law, bounds))
             .collect::<Option<Vec<_>>>()?;
         let wrenches: Vec<Vec<Wrench>> = teeth
             .iter()
@@ -183,11 +186,11 @@ impl State {
     }
 
     /// The state that `step` leads to.
-    fn after(&self, workshop: &Workshop, step: &Step, height: f64) -> Option<State> {
+    fn after(&self, workshop: &Workshop, step: &Step, bounds: &[Bounds]) -> Option<State> {
         let count = self.variables();
         let bands = self.bands.iter().zip(step.moves.chunks(count));
         let bands = bands.map(|(law, moves)| tooth::moved(workshop, law, moves));
-        let state = State::new(workshop, bands.collect(), height)?;
+        let state = State::new(workshop, bands.collect(), bounds)?;
         Some(state.measured(workshop))
     }
 
@@ -203,13 +206,13 @@ impl State {
     }
 
     /// Everything that a step of up to `step` natural sizes has to heed.
-    fn program(&self, workshop: &Workshop, (height, step): (f64, f64)) -> Option<Program> {
+    fn program(&self, workshop: &Workshop, (bounds, step): (&[Bounds], f64)) -> Option<Program> {
         let teeth: Vec<(usize, usize)> = (0..self.bands.len())
             .flat_map(|b| (0..self.teeth[b].len()).map(move |j| (b, j)))
             .collect();
         let flat: Option<Vec<Vec<Tooth>>> = teeth
             .par_iter()
-            .map(|&(b, j)| self.teeth[b][j].slopes(workshop, j, &self.bands[b], height))
+            .map(|&(b, j)| self.teeth[b][j].slopes(workshop, j, &self.bands[b], bounds[b]))
             .collect();
         let flat = flat?;
         let slopes: Vec<&[Vec<Tooth>]> = flat.chunks(self.teeth[0].len()).collect();
@@ -295,7 +298,7 @@ pub(super) fn race(
         // Most of what there is to gain comes in the first rounds.
         if HEATS.contains(&round) {
             racing.sort_by(|&a, &b| teams[b].q.total_cmp(&teams[a].q));
-            racing.truncate(racing.len().div_ceil(2).max(2));
+            racing.truncate(racing.len().div_ceil(2).max(FINISHERS));
         }
         let on = |(i, team): &(usize, &mut Team)| racing.contains(i) && !team.is_done();
         let mut on: Vec<&mut Team> = teams
@@ -329,6 +332,9 @@ pub(super) fn race(
 
 /// Rounds before which the lesser half of the teams drops out.
 const HEATS: [usize; 2] = [3, 8];
+
+/// So many are polished to the end: now and then the proof refuses one.
+const FINISHERS: usize = 3;
 
 /// How often the observer is asked whether to go on.
 const LOOK: Duration = Duration::from_millis(20);

@@ -7,10 +7,19 @@ use super::candidates::Workshop;
 use crate::closure::Wrench;
 use crate::contact::trace;
 use crate::design::Gear;
-use crate::sub_gear::{Band, BandLaw, OWN, SKETCH, in_body, natural_sizes, slacks};
+use crate::sub_gear::{Band, BandLaw, Margins, OWN, SKETCH, in_body, natural_sizes, slacks};
 
 /// Design variables that a tooth depends on: its band's sketch and its own numbers.
 pub(super) const VARIABLES: usize = SKETCH + OWN;
+
+/// What a band has to keep, besides the workshop's margins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    /// Room that it may take, mm, counted from [`Workshop::base`].
+    pub height: f64,
+    /// Radius of its flanks, mm.
+    pub flank_radius: f64,
+}
 
 /// A tooth pair, or the change of one.
 #[derive(Debug, Clone)]
@@ -24,13 +33,12 @@ pub(super) struct Tooth {
 }
 
 impl Tooth {
-    /// Tooth `j` of a band that has to stay within `height` (see [`Workshop::height`]); `None` where it
-    /// degenerates.
-    pub fn new(workshop: &Workshop, j: usize, law: &BandLaw, height: f64) -> Option<Tooth> {
+    /// Tooth `j` of a band; `None` where it degenerates.
+    pub fn new(workshop: &Workshop, j: usize, law: &BandLaw, bounds: Bounds) -> Option<Tooth> {
         let grid = &workshop.grid;
         let tooth = trace(grid, j, &law.at(grid, j))?;
         let base = workshop.base(law);
-        let tall = tooth.iter().map(|c| height - (c.p.z - base).abs());
+        let tall = tooth.iter().map(|c| bounds.height - (c.p.z - base).abs());
         let beads = [Gear::Driver, Gear::Follower].map(|gear| {
             let layer = |depth: &f64| {
                 let stations = tooth.iter().enumerate();
@@ -42,7 +50,11 @@ impl Tooth {
             };
             workshop.scene.bead_depths().iter().map(layer).collect()
         });
-        let mut all: Vec<f64> = slacks(grid, j, &tooth, &workshop.margins)
+        let margins = Margins {
+            flank_radius: bounds.flank_radius,
+            ..workshop.margins
+        };
+        let mut all: Vec<f64> = slacks(grid, j, &tooth, &margins)
             .map(|(_, slack)| slack)
             .collect();
         all.extend(tall);
@@ -62,7 +74,7 @@ impl Tooth {
         workshop: &Workshop,
         j: usize,
         law: &BandLaw,
-        height: f64,
+        bounds: Bounds,
     ) -> Option<Vec<Tooth>> {
         let (sketch, own) = natural_sizes(workshop.scale());
         (0..VARIABLES)
@@ -73,7 +85,7 @@ impl Tooth {
                 } else {
                     moved.shifts[j][v - SKETCH] += DIFFERENCE * own[v - SKETCH];
                 }
-                let moved = Tooth::new(workshop, j, &moved, height)?;
+                let moved = Tooth::new(workshop, j, &moved, bounds)?;
                 Some(moved.less(self))
             })
             .collect()
@@ -102,9 +114,9 @@ impl Tooth {
 const DIFFERENCE: f64 = 1e-5;
 
 /// All teeth of a band.
-pub(super) fn teeth(workshop: &Workshop, law: &BandLaw, height: f64) -> Option<Vec<Tooth>> {
+pub(super) fn teeth(workshop: &Workshop, law: &BandLaw, bounds: Bounds) -> Option<Vec<Tooth>> {
     (0..workshop.grid.teeth.len())
-        .map(|j| Tooth::new(workshop, j, law, height))
+        .map(|j| Tooth::new(workshop, j, law, bounds))
         .collect()
 }
 
@@ -123,12 +135,32 @@ pub(super) fn moved(workshop: &Workshop, law: &BandLaw, step: &[f64]) -> BandLaw
     law
 }
 
-/// Room that a band takes: see [`Workshop::base`].
-pub(super) fn height(workshop: &Workshop, law: &BandLaw) -> f64 {
-    let base = workshop.base(law);
-    let Ok(band) = Band::trace(&workshop.grid, law.clone(), &workshop.margins) else {
-        return 0.0;
-    };
-    let stations = band.teeth.iter().flatten();
-    stations.fold(0.0, |most, c| most.max((c.p.z - base).abs()))
+impl Bounds {
+    /// Those of a band: its own height (see [`Workshop::base`]) and flanks a step of [`FLAT`] flatter than its
+    /// contacts allow.
+    pub fn of(workshop: &Workshop, law: &BandLaw) -> Bounds {
+        let base = workshop.base(law);
+        let margins = &workshop.margins;
+        let mut bounds = Bounds {
+            height: 0.0,
+            flank_radius: margins.flank_radius,
+        };
+        let Ok(band) = Band::trace(&workshop.grid, law.clone(), margins) else {
+            return bounds;
+        };
+        let contacts = || band.teeth.iter().flatten();
+        let heights = contacts().map(|c| (c.p.z - base).abs());
+        bounds.height = heights.fold(0.0, f64::max) + 1e-6;
+        let parts =
+            |radius: f64| contacts().all(|c| c.induced_curvature(radius) > margins.curvature);
+        if workshop.flattens() {
+            let flat = FLAT.map(|flat| flat * workshop.scale());
+            let own = flat.iter().take_while(|&&radius| parts(radius)).count();
+            bounds.flank_radius = flat[own.min(flat.len() - 1)].max(margins.flank_radius);
+        }
+        bounds
+    }
 }
+
+/// Radii of flat flanks, mm at L = 25: a polish that only saw the hold would give up what carries the load.
+const FLAT: [f64; 2] = [3.0, 4.0];
