@@ -436,5 +436,6 @@ fn advances(
 /// together meet at edges too sharp to print.
 const FOLDED: f64 = 0.3;
 
-/// Most of a bead's distance from the axis at which its rib may end.
-const SHORTEST_RIB: f64 = 0.8;
+/// Where a bead comes closer to the axis than its rib's foot, the foot moves in to this share of the
+/// bead's distance.
+pub const SHORTEST_RIB: f64 = 0.8;

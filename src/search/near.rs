@@ -124,15 +124,10 @@ impl Scene {
     ) -> Vec<Place> {
         let reach = 2.0 * self.radii().bead.max(self.radii().rib) + self.gap() + window;
         let back = phase.follower_in_driver.rotation.transpose();
-        let spot = |(band, tooth, gear): (usize, usize, usize), s: Site, way| Spot {
-            band,
-            tooth,
-            gear,
+        let spot = |of: (usize, usize, usize), s: Site, way| Spot {
             layer: s.layer,
-            station: s.spoke * self.stride(),
-            along: 0.0,
             share: s.share,
-            way,
+            ..Spot::on_bead(of, s.spoke * self.stride(), way)
         };
         let mut places = Vec::new();
         for (b, k) in meshing(phase, follower) {
@@ -235,14 +230,9 @@ impl Scene {
     /// Each tooth against its mate.
     fn mates(&self, b: usize, band: &[Tooth], window: f64) -> Vec<Place> {
         let spot = |tooth: usize, gear: usize, (station, along, share), way| Spot {
-            band: b,
-            tooth,
-            gear,
-            layer: 0,
-            station,
             along,
             share,
-            way,
+            ..Spot::on_bead((b, tooth, gear), station, way)
         };
         let mut places = Vec::new();
         for (j, tooth) in band.iter().enumerate() {
@@ -296,16 +286,7 @@ impl Scene {
                     }
                     let mut note = |slack: f64, way: Vector3<f64>| {
                         if slack < window {
-                            let spot = Spot {
-                                band: b,
-                                tooth: j,
-                                gear: gear as usize,
-                                layer: 0,
-                                station: i * self.stride(),
-                                along: 0.0,
-                                share: 1.0,
-                                way,
-                            };
+                            let spot = Spot::on_bead((b, j, gear as usize), i * self.stride(), way);
                             places.push(Place {
                                 slack,
                                 spots: vec![spot],
@@ -382,15 +363,10 @@ impl Scene {
                             d[k] = 1e-4;
                             (joint_distance(joint, p + d) - joint_distance(joint, p - d)) / 2e-4
                         });
+                        let way = pose.rotation.transpose() * way;
                         let spot = Spot {
-                            band: b,
-                            tooth: j,
-                            gear: gear as usize,
-                            layer: 0,
-                            station: i * self.stride(),
-                            along: 0.0,
                             share,
-                            way: pose.rotation.transpose() * way,
+                            ..Spot::on_bead((b, j, gear as usize), i * self.stride(), way)
                         };
                         places.push(Place {
                             slack,
@@ -421,15 +397,8 @@ impl Scene {
                     let slack = d.norm() - spacing;
                     if slack < window {
                         let way = d.normalize();
-                        let spot = |tooth: usize, station: usize, way| Spot {
-                            band: b,
-                            tooth,
-                            gear,
-                            layer: 0,
-                            station,
-                            along: 0.0,
-                            share: 1.0,
-                            way,
+                        let spot = |tooth: usize, station: usize, way| {
+                            Spot::on_bead((b, tooth, gear), station, way)
                         };
                         places.push(Place {
                             slack,
@@ -500,16 +469,8 @@ impl Scene {
                             let p = teeth[tooth].beads[gear as usize][0][station] - axis;
                             let around =
                                 Vector3::new(-p.y, p.x, 0.0) * (radius / p.xy().norm_squared());
-                            Spot {
-                                band,
-                                tooth,
-                                gear: gear as usize,
-                                layer: 0,
-                                station,
-                                along: 0.0,
-                                share: 1.0,
-                                way: sign * (arc * around + z * Vector3::z()),
-                            }
+                            let way = sign * (arc * around + z * Vector3::z());
+                            Spot::on_bead((band, tooth, gear as usize), station, way)
                         };
                     places.push(Place {
                         slack: away - limit,
@@ -523,6 +484,24 @@ impl Scene {
 }
 
 impl Spot {
+    /// At a station of the outermost bead axis of a band's tooth on one gear.
+    fn on_bead(
+        (band, tooth, gear): (usize, usize, usize),
+        station: usize,
+        way: Vector3<f64>,
+    ) -> Spot {
+        Spot {
+            band,
+            tooth,
+            gear,
+            layer: 0,
+            station,
+            along: 0.0,
+            share: 1.0,
+            way,
+        }
+    }
+
     /// Change of the gap when the tooth changes by `slope`.
     pub fn change(&self, slope: &Tooth) -> f64 {
         let line = &slope.beads[self.gear][self.layer];

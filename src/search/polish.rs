@@ -24,7 +24,7 @@ pub struct Team {
     pub bands: Vec<BandLaw>,
     /// Their smallest Q over the workshop's phases.
     pub q: f64,
-    /// What each band has to keep: the room of the tallest and its own flanks at the start.
+    /// What each band has to keep: the room of the tallest at the start, and flanks that can be made flat.
     bounds: Vec<Bounds>,
     /// Where the steps have led, and how far the next may go.
     here: Option<State>,
@@ -125,7 +125,7 @@ impl Team {
         let own: Vec<Vec<Wrench>> = self
             .bands
             .iter()
-            .map(|law| workshop.wrenches(&workshop.trace(law.clone()).ok()?).into())
+            .map(|law| Some(workshop.wrenches(&workshop.trace(law.clone()).ok()?)))
             .collect::<Option<_>>()?;
         let q = |i: usize| {
             let team = own.iter().map(Vec::as_slice);

@@ -5,11 +5,8 @@ use nalgebra::Vector3;
 use super::Mesh;
 use super::sweep::{self, Frame};
 use crate::design::Section;
+use crate::sub_gear::SHORTEST_RIB;
 use crate::{Error, Result};
-
-/// Where a bead comes closer to the axis than the rib's foot, the foot moves in to this share of
-/// the bead's distance.
-const SHORTEST: f64 = 0.8;
 
 /// Thickness at the bead's middle as a share of the rib's: corners that lay on the surface of a bead as
 /// thick as the rib would show through it as crumbs.
@@ -63,7 +60,7 @@ pub fn rib(
         .iter()
         .map(|f| (line(f, section, axis, 0.0)[0] - axis).xy().norm())
         .fold(f64::INFINITY, f64::min);
-    let foot = inner_radius.min(SHORTEST * nearest);
+    let foot = inner_radius.min(SHORTEST_RIB * nearest);
     let rings: Vec<Vec<Vector3<f64>>> = frames
         .iter()
         .map(|frame| {
