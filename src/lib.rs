@@ -55,6 +55,7 @@
 //! [`pipeline::run`] does this with solids, proof and all, and [`export::files`] makes the output folder.
 
 pub mod bound;
+pub mod certified;
 pub mod closure;
 pub mod contact;
 pub mod design;

@@ -25,6 +25,9 @@ pub struct Outcome {
     pub residual: f64,
     /// What a user should know that is no problem.
     pub remarks: Vec<String>,
+    /// Whether no choice of the bands that were looked at holds better before the polish; `None` where it
+    /// was not tried.
+    pub is_proved: Option<bool>,
     /// Whether the run was cut short.
     pub stop: StopReason,
 }
@@ -38,6 +41,7 @@ impl Outcome {
             solids: None,
             check: None,
             remarks: Vec::new(),
+            is_proved: None,
             stop,
         };
         outcome.design.problems = vec![UNBUILT.into()];
@@ -102,6 +106,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
     let Choices {
         bands: choices,
         contact_ratio,
+        is_proved,
         stop,
     } = choices(file, motion, observer)?;
     let (file, remark) = &at_ratio(file, contact_ratio);
@@ -136,6 +141,7 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
         let mut outcome = match synthesis::design(file, motion, bands, flanks) {
             Ok(design) => Outcome {
                 remarks: remark.clone(),
+                is_proved,
                 ..Outcome::new(design, motion, stop)
             },
             Err(error) => {
@@ -233,6 +239,7 @@ struct Choices {
     bands: Vec<(Bands, f64)>,
     /// Contact ratio of their teeth.
     contact_ratio: f64,
+    is_proved: Option<bool>,
     stop: StopReason,
 }
 
@@ -247,6 +254,7 @@ fn choices(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
             Choices {
                 bands: choices.map(|(b, q)| (Bands::Exact(b), q)).collect(),
                 contact_ratio: found.contact_ratio,
+                is_proved: found.is_proved,
                 stop: found.stop,
             }
         }
@@ -256,6 +264,7 @@ fn choices(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
             Choices {
                 bands: choices.map(|(b, q)| (Bands::Paper(b), q)).collect(),
                 contact_ratio: settings.gear.contact_ratio,
+                is_proved: None,
                 stop: found.stop,
             }
         }

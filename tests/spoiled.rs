@@ -260,6 +260,7 @@ fn two_bands_of_equal_side_are_rejected() {
     let failed = failed(&check);
     assert!(failed.contains(&"dynamic form closure"), "{failed:?}");
     assert!(failed.contains(&"no escape"), "{failed:?}");
+    assert!(failed.contains(&"held by the flanks alone"), "{failed:?}");
     assert!(!failed.contains(&"shared contact points"), "{failed:?}");
     // Nothing is stated that nobody can know.
     let kinematic = claim(&check, "kinematic error");

@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use mpcgear::bound;
 use mpcgear::design::{Design, file};
 use mpcgear::disk::Folder;
 use mpcgear::export::tables::{self, Summary};
@@ -18,6 +17,7 @@ use mpcgear::remedy::{self, Remedy};
 use mpcgear::search::StopReason;
 use mpcgear::settings::Method;
 use mpcgear::{Error, Result};
+use mpcgear::{bound, certified};
 
 use super::{json, print_out, say};
 use crate::cli::{self, Cli, DesignArgs};
@@ -168,7 +168,11 @@ impl Job<'_> {
             let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
             summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
         }
+        summary.choice_proved = outcome.is_proved;
         summary.remarks = outcome.remarks.clone();
+        let certified = certified::of(design, motion);
+        summary.q_certified = certified.map(|c| c.q);
+        summary.q_star_certified = certified.map(|c| c.q_star);
         let bound = bound::of(design, motion);
         summary.q_bound = bound.map(|b| b.q);
         summary.q_star_bound = bound.map(|b| b.q_star);

@@ -33,6 +33,12 @@ pub struct Summary {
     pub q_mean: Option<f64>,
     /// Smallest Q with moments divided by L/2.
     pub q_star_min: Option<f64>,
+    /// What min Q is at least, between the sampled phases as well.
+    #[serde(default)]
+    pub q_certified: Option<f64>,
+    /// What min Q* is at least, between the sampled phases as well.
+    #[serde(default)]
+    pub q_star_certified: Option<f64>,
     /// What min Q is at most for this motion, size and reach, whatever the teeth.
     #[serde(default)]
     pub q_bound: Option<f64>,
@@ -57,6 +63,10 @@ pub struct Summary {
     pub seed: u64,
     /// `mpcgear` version.
     pub version: String,
+    /// Whether no choice of the bands that were looked at holds better before the polish; `null` where it
+    /// was not tried.
+    #[serde(default)]
+    pub choice_proved: Option<bool>,
     /// Why it is not a working gear; empty when it is.
     pub problems: Vec<String>,
     /// Where it does not work: changes that a draft was found with.
@@ -71,7 +81,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// What the design itself says; the bounds, the four figures of the proof and the time stay open.
+    /// What the design itself says; the bounds, what the search proved, the four figures of the proof and the time stay open.
     pub fn of(design: &Design) -> Summary {
         let samples = &design.closure;
         let least = |values: fn(&crate::design::ClosureSample) -> f64| {
@@ -95,6 +105,8 @@ impl Summary {
             q_min: least(|s| s.q),
             q_mean: (count > 0.0).then(|| samples.iter().map(|s| s.q).sum::<f64>() / count),
             q_star_min: least(|s| s.q_star),
+            q_certified: None,
+            q_star_certified: None,
             q_bound: None,
             q_star_bound: None,
             eta_min: least(|s| s.eta),
@@ -106,6 +118,7 @@ impl Summary {
             wall_seconds: 0.0,
             seed: design.settings.search.seed,
             version: env!("CARGO_PKG_VERSION").into(),
+            choice_proved: None,
             problems: design.problems.clone(),
             remedies: Vec::new(),
             remarks: Vec::new(),

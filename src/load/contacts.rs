@@ -11,7 +11,7 @@ use crate::{Error, Result};
 
 /// Stations a value is interpolated from: a polynomial of degree five, whose error at the usual
 /// 20 to 40 stations per tooth is below 1e-8 of the value.
-const WINDOW: usize = 6;
+pub(crate) const WINDOW: usize = 6;
 
 /// Angles closer than this to a hand-over are at it, rad.
 const HANDOVER: f64 = 1e-9;
@@ -127,7 +127,7 @@ pub fn active_tooth(pair: &SubGearPair, phi: f64) -> Option<(usize, f64)> {
 }
 
 /// Lagrange weights of value, first and second derivative at `x` for unit-spaced nodes `0..WINDOW`.
-fn weights(x: f64) -> [[f64; WINDOW]; 3] {
+pub(crate) fn weights(x: f64) -> [[f64; WINDOW]; 3] {
     let basis = |i: usize| {
         // The basis polynomial and its derivatives, one linear factor after the other.
         let (mut value, mut first, mut second) = (1.0, 0.0, 0.0);

@@ -11,6 +11,7 @@ mod paper;
 pub mod paper_search;
 pub mod polish;
 mod program;
+mod proved;
 pub mod select;
 pub mod slsqp;
 pub mod swept;
@@ -106,6 +107,8 @@ pub struct Found {
     pub contact_ratio: f64,
     /// Whether the hold is below [`Search::least_hold`](crate::settings::Search::least_hold).
     pub is_weak: bool,
+    /// Whether, before the polish, no as many of the candidates hold better; `None` where it was not tried.
+    pub is_proved: Option<bool>,
     /// Why it ended.
     pub stop: StopReason,
 }
@@ -237,6 +240,7 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
     let enough = (settings.search.least_hold * unit).max(settings.gear.closure_threshold);
     let mut drawn = Drawn::default();
     let mut best: Vec<Team> = Vec::new();
+    let mut proofs: BTreeMap<usize, bool> = BTreeMap::new();
     for share in LOOKS {
         let wanted = (plan.usable.div_ceil(share), plan.draws.div_ceil(share));
         drawn.more(&workshop, seed, wanted, &mut |done, count| {
@@ -252,9 +256,16 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
             let before = teams.first().map_or(f64::NEG_INFINITY, |team| team.q);
             let grown = teams.first().filter(|t| t.bands.len() + 1 == k);
             let grown = grown.and_then(|team| team.grow(&workshop, candidates));
-            let choices = pool.best(seed, k, plan.starts.div_ceil(share), &mut |done, q| {
+            let mut choices = pool.best(seed, k, plan.starts.div_ceil(share), &mut |done, q| {
                 tell(COMBINING, 0.5 + 0.5 * done, usable, q)
             });
+            if let Some(first) = choices.first().filter(|_| k <= proved::MOST) {
+                let proof = pool.prove(first.clone());
+                proofs.insert(k, proof.is_proved);
+                if proof.best != *first {
+                    choices.insert(0, proof.best);
+                }
+            }
             let laws = |choice: &Choice| {
                 let bands = choice.bands.iter();
                 bands.map(|&i| candidates[i].law.clone()).collect()
@@ -293,11 +304,13 @@ fn at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Re
         });
     };
     let is_weak = first.q < enough;
+    let is_proved = proofs.get(&first.bands.len()).copied();
     let choices = best.into_iter().take(FINALISTS);
     Ok(Found {
         choices: choices.map(|team| (team.bands, team.q)).collect(),
         contact_ratio: settings.gear.contact_ratio,
         is_weak,
+        is_proved,
         stop: teller.stop,
     })
 }
@@ -362,6 +375,7 @@ fn draft_at_ratio(motion: &Motion, settings: &Settings, observer: &mut Observer)
                     choices,
                     contact_ratio: settings.gear.contact_ratio,
                     is_weak: best.q < settings.search.least_hold * workshop.hold_unit(),
+                    is_proved: None,
                     stop: teller.stop,
                 });
             }

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Workshop};
+use super::proved::{Proved, Table, prove};
 use crate::closure::{Wrench, measure_above};
 
 /// Candidates with their compatibility.
@@ -153,6 +154,17 @@ impl<'a> Pool<'a> {
         }
         bands.sort_unstable();
         Choice { bands, q }
+    }
+
+    /// Whether no choice of as many bands holds better than `best`, or the one that does.
+    pub(super) fn prove(&self, best: Choice) -> Proved {
+        let table = Table {
+            wrenches: self.candidates.iter().map(|c| &c.wrenches[..]).collect(),
+            compatible: &self.compatible,
+            phases: &self.phases,
+            dof: self.workshop.class.dof(),
+        };
+        prove(&table, best)
     }
 
     /// Best choices of `k` bands, best first, no two alike; `starts` local searches and as many

@@ -60,7 +60,12 @@ pub fn thinned(stations: usize, most: usize) -> Vec<usize> {
 
 /// The section's frames along a tooth of `gear`, whose axis passes through `axis`.
 pub fn frames(tooth: &ToothPair, gear: Gear, axis: Vector3<f64>) -> Vec<Frame> {
-    let mut frames: Vec<Frame> = chosen(tooth.stations.len())
+    frames_at(tooth, gear, axis, MAX_STATIONS)
+}
+
+/// The same at `most` stations.
+pub fn frames_at(tooth: &ToothPair, gear: Gear, axis: Vector3<f64>, most: usize) -> Vec<Frame> {
+    let mut frames: Vec<Frame> = thinned(tooth.stations.len(), most)
         .into_iter()
         .map(|i| {
             let station = &tooth.stations[i];

@@ -19,7 +19,7 @@ use crate::design::{ClosureSample, Design};
 use crate::motion::Motion;
 use crate::solid::Mesh;
 use crate::solid::assembly::{Carrier, SolidBody};
-use crate::{Error, Result};
+use crate::{Error, Result, certified};
 
 /// Everything that is checked.
 #[derive(Debug, Clone, Copy)]
@@ -166,8 +166,13 @@ pub fn examine(
             |least, q| if q.is_nan() { q } else { least.min(q) },
         );
     let mut claims = conjugation::claims(design, input.motion, q_min);
-    claims.extend(hold::closure_claims(design, samples.as_deref()));
+    claims.extend(hold::closure_claims(
+        design,
+        samples.as_deref(),
+        certified::of(design, input.motion),
+    ));
     claims.extend(hold::play_limits(design, input.motion));
+    claims.push(hold::flanks_claim(design, &mechanism, &input.effort));
     let closure = samples.unwrap_or_default();
     let (mut play, mut touching, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     match &mut proof {

@@ -132,6 +132,14 @@ impl<'a> Placed<'a> {
         search.best
     }
 
+    /// What the surfaces are apart at least, by their boxes.
+    pub fn least(&self) -> f64 {
+        match (self.first.nodes.first(), self.second.nodes.first()) {
+            (Some(a), Some(b)) => self.gap(a, b),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Whether the surfaces touch.
     pub fn touch(&self) -> bool {
         self.nearest(TOUCH, 0.0, None).is_some()

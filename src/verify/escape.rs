@@ -44,7 +44,7 @@ pub fn directions(class: Class, count: usize) -> Vec<DVector<f64>> {
 }
 
 /// Shift (mm) and turn (rad) of `u` in span(U) of `class`.
-fn parts(class: Class, u: &DVector<f64>) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn parts(class: Class, u: &DVector<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let (linear, angular) = match class {
         Class::R1 => (0.0, Vector3::z() * u[0]),
         Class::R1T1 => (u[0], Vector3::z() * u[1]),

@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::check::Effort;
 use super::claim::{Bound, Claim, Spot};
 use super::escape::Held;
-use super::{Proof, directions};
+use super::settle::{Beads, End, Limits, Pushes, Rest};
+use super::{Mechanism, Proof, directions};
 use crate::Error;
+use crate::certified::Certified;
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{ClosureSample, Design};
 use crate::load::contacts::Configuration;
@@ -62,8 +64,12 @@ pub(super) fn closure(design: &Design, motion: &Motion) -> Option<Vec<ClosureSam
         .collect()
 }
 
-/// Claims about Q.
-pub(super) fn closure_claims(design: &Design, samples: Option<&[ClosureSample]>) -> Vec<Claim> {
+/// Claims about Q: at the samples `samples`, and between them what is `certified`.
+pub(super) fn closure_claims(
+    design: &Design,
+    samples: Option<&[ClosureSample]>,
+    certified: Option<Certified>,
+) -> Vec<Claim> {
     let gear = &design.settings.gear;
     let claim = || {
         Claim::new(
@@ -82,8 +88,7 @@ pub(super) fn closure_claims(design: &Design, samples: Option<&[ClosureSample]>)
             .min_by(|a, b| get(a).total_cmp(&get(b)))
             .map_or((f64::NAN, 0.0), |s| (get(s), s.phi))
     };
-    let (q, q_phi) = least(|s| s.q);
-    let (q_star, star_phi) = least(|s| s.q_star);
+    let (q, _) = least(|s| s.q);
     let (eta, eta_phi) = least(|s| s.eta);
     let valid = samples
         .iter()
@@ -95,16 +100,26 @@ pub(super) fn closure_claims(design: &Design, samples: Option<&[ClosureSample]>)
         .iter()
         .map(|s| s.q)
         .fold(f64::INFINITY, f64::min);
+    let scaled = Claim::new(
+        "form closure, dimensionless",
+        "the same with lengths measured in L/2",
+    );
+    let [closed, scaled] = match certified {
+        Some(least) => {
+            let limit = Bound::AtLeast(gear.closure_threshold);
+            let closed = claim().decide(least.q, "(min Q, at every φ)", limit);
+            let zero = Bound::AtLeast(0.0);
+            [
+                closed.at(Spot::phase(least.phi)),
+                scaled.decide(least.q_star, "(min Q*, at every φ)", zero),
+            ]
+        }
+        None => [claim(), scaled]
+            .map(|claim| claim.undecided("the teeth have too few stations, or do not share them")),
+    };
     vec![
-        claim()
-            .decide(q, "(min Q)", Bound::AtLeast(gear.closure_threshold))
-            .at(Spot::phase(q_phi)),
-        Claim::new(
-            "form closure, dimensionless",
-            "the same with lengths measured in L/2",
-        )
-        .decide(q_star, "(min Q*)", Bound::AtLeast(0.0))
-        .at(Spot::phase(star_phi)),
+        closed,
+        scaled,
         Claim::new(
             "quality of the hold",
             "how close it comes to the best that contacts of this size allow",
@@ -221,6 +236,62 @@ pub(super) fn play_limits(design: &Design, motion: &Motion) -> [Claim; 2] {
             Err(error) => claim.undecided(&error.to_string()),
         }
     })
+}
+
+/// Limits of the play, as a share of those that the settings allow, at which a push is given up.
+const GIVEN_UP: f64 = 2.0;
+
+/// Claim that flanks alone hold the follower, wherever it slides along them.
+pub(super) fn flanks_claim(design: &Design, mechanism: &Mechanism, effort: &Effort) -> Claim {
+    let claim = Claim::new(
+        "held by the flanks alone",
+        "with ribs left out, a push in any direction comes to rest on flanks, however it slides along them",
+    );
+    let fit = &design.settings.fit;
+    let limits = Limits {
+        turn: fit.max_play_deg.to_radians(),
+        shift: fit.max_play_mm,
+    };
+    let beads = match Beads::new(design) {
+        Ok(beads) => beads,
+        Err(error) => return claim.undecided(&error.to_string()),
+    };
+    let pushes = Pushes {
+        beads: &beads,
+        mechanism: *mechanism,
+        point: design.settings.load.point_mm.into(),
+        limits: Limits {
+            turn: GIVEN_UP * limits.turn,
+            shift: GIVEN_UP * limits.shift,
+        },
+    };
+    // Of the few corners that play has, some direction leads to each.
+    let directions = directions(mechanism.motion.class(), effort.directions.div_ceil(2));
+    let count = effort.play_phases.div_ceil(2);
+    let phases = (0..count).map(|i| TAU * i as f64 / count as f64);
+    let rests: Vec<Rest> = phases.flat_map(|phi| pushes.at(phi, &directions)).collect();
+    let share = |rest: &Rest| match rest.end {
+        End::Held => (rest.turn / limits.turn).max(rest.point / limits.shift),
+        End::Loose | End::Met => f64::INFINITY,
+    };
+    let Some(worst) = rests.iter().max_by(|a, b| share(a).total_cmp(&share(b))) else {
+        return claim.undecided("nothing was tried");
+    };
+    let figure = match worst.end {
+        End::Held => format!(
+            "{:.3}°, {:.3} mm at the load point",
+            worst.turn.to_degrees(),
+            worst.point
+        ),
+        End::Loose => "does not come to rest".into(),
+        End::Met => "flanks meet before anything is pushed".into(),
+    };
+    let limit = format!("≤ {}°, {} mm", fit.max_play_deg, fit.max_play_mm);
+    let direction: Vec<f64> = worst.push.iter().copied().collect();
+    claim
+        .say(share(worst) <= 1.0, figure, &limit)
+        .measured(share(worst), "of the play allowed", 1.0)
+        .at(Spot::phase(worst.phi).towards(&direction))
 }
 
 /// Claim that the play is what the gap allows.

@@ -17,6 +17,7 @@ mod mechanism;
 pub mod mesh;
 mod overlap;
 mod play;
+mod settle;
 pub mod thickness;
 mod touching;
 mod tree;
