@@ -35,7 +35,7 @@ const TRIALS: &str = "trials";
 /// Variable of the environment with the Python interpreter to use.
 const PYTHON: &str = "MPCGEAR_PYTHON";
 /// Packages that the extra `explore` brings.
-const NEEDED: &str = "mpcgear_explore, optuna, distributed, pandas, pyarrow";
+const NEEDED: [&str; 5] = ["mpcgear_explore", "optuna", "distributed", "pandas", "pyarrow"];
 
 /// Explores, or continues; the exit code of the Python program, or 0.
 ///
@@ -81,8 +81,8 @@ fn open(opened: &Opened, folder: &Path) -> Result<()> {
 fn python(cli: &Cli, args: &ExploreArgs) -> Result<u8> {
     let program = std::env::var(PYTHON).unwrap_or_else(|_| "python3".into());
     let look = format!(
-        "import sys; from importlib.util import find_spec as f\nsys.exit(' '.join(n for n in {:?}.split(', ') if not f(n)))",
-        NEEDED
+        "import sys; from importlib.util import find_spec\n\
+         sys.exit(' '.join(n for n in {NEEDED:?} if not find_spec(n)) or 0)"
     );
     let looked = Command::new(&program)
         .args(["-c", &look])
