@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import optuna
 from distributed import Future
 
-from mpcgear_explore import ranking, records, storage
+from mpcgear_explore import ranking, records, storage, tables
 from mpcgear_explore.pool import Crashed, Pool
 from mpcgear_explore.records import Record
 from mpcgear_explore.study import Rung, Study, Value
@@ -94,13 +93,17 @@ class Engine:
     def _drafts(self) -> None:
         study = self._study
         opened = storage.open_rung(study, 0)
-        known = {r.key for _, r in storage.results(opened) if r is not None}
+        left = storage.left_running(study, opened)
+        told = storage.results(opened)
+        done = len(told)
+        gears = sum(r is not None and r.is_gear for _, r in told)
+        known = {_values(t.params) for t, _ in told} | {_values(values) for values in left.values()}
         for record in records.found(study):
-            if record.key not in known and not self._is_enough(len(storage.results(opened))):
+            if _values(record.set) not in known and not self._is_enough(done + len(left)):
                 storage.add(study, opened, record)
-        done = len(storage.results(opened))
-        gears = sum(r is not None and r.is_gear for _, r in storage.results(opened))
-        for number, answer in self._flow(self._asked(opened, done)):
+                done += 1
+                gears += record.is_gear
+        for number, answer in self._flow(self._asked(opened, left, done)):
             if isinstance(answer, str):
                 storage.fail(opened, number, answer)
             else:
@@ -115,13 +118,13 @@ class Engine:
     def _is_enough(self, count: int) -> bool:
         return self._study.trials is not None and count >= self._study.trials
 
-    def _asked(self, opened: optuna.Study, done: int) -> Iterator[tuple[int, Request]]:
+    def _asked(
+        self, opened: optuna.Study, left: Mapping[int, Mapping[str, Value]], done: int
+    ) -> Iterator[tuple[int, Request]]:
         """Trials that an earlier run left, then new ones until the budget is spent."""
         rung = self._study.rungs[0]
         space = storage.distributions(self._study)
-        left = deque(storage.left_running(self._study, opened).items())
-        while left:
-            number, values = left.popleft()
+        for number, values in left.items():
             done += 1
             yield number, self._request(values, rung)
         while not self._is_enough(done) and not self._is_late(_DRAFTS):
@@ -133,15 +136,16 @@ class Engine:
     def _promote(self, rung: int) -> None:
         """Designs of the best of the rung below, the best first."""
         study = self._study
-        below = [r for _, r in storage.results(storage.open_rung(study, rung - 1)) if r is not None]
+        below = tables.unique(
+            [r for _, r in storage.results(storage.open_rung(study, rung - 1)) if r is not None]
+        )
         count = math.ceil(study.rungs[rung].keep * len(below))
         chosen = [below[i] for i in ranking.best_first(study, below)[:count]]
         paths = [v.path for v in study.variables]
         opened = storage.open_rung(study, rung)
-        known = {r.key for _, r in storage.results(opened) if r is not None}
-        tried = _same_values(storage.results(opened), paths)
+        tried = {_values(trial.params) for trial, _ in storage.results(opened)}
         done = len(tried)
-        todo = [r for r in chosen if tuple(r.set[p] for p in paths) not in tried]
+        todo = [r for r in chosen if _values({p: r.set[p] for p in paths}) not in tried]
 
         def work() -> Iterator[tuple[int, Request]]:
             for number, record in enumerate(todo):
@@ -158,9 +162,7 @@ class Engine:
                 self._tell(f"design {done} of {len(chosen)} cannot be computed: {answer}")
                 continue
             self._designs.append(answer.seconds)
-            if answer.key not in known:
-                storage.add(study, opened, answer)
-                known.add(answer.key)
+            storage.add(study, opened, answer)
             word = "works" if answer.holds(study.constraints) else answer.reason or "breaks a constraint"
             self._tell(f"designs {done} of {len(chosen)}: {answer.key} {word}")
 
@@ -186,7 +188,6 @@ class Engine:
         opened.set_user_attr("tolerances", {**known, **spread})
 
 
-def _same_values(
-    results: list[tuple[optuna.trial.FrozenTrial, Record | None]], paths: list[str]
-) -> set[tuple[Value, ...]]:
-    return {tuple(trial.params[p] for p in paths) for trial, _ in results}
+def _values(params: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
+    """The values of a trial, to be compared: 25 is 25.0."""
+    return tuple(sorted(params.items()))

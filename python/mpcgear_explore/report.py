@@ -38,6 +38,7 @@ def page(study: Study, results: Results) -> str:
     # Nothing in the data can end its element.
     data = json.dumps(content(study, results), allow_nan=False).replace("<", "\\u003c")
     text = _part("page.html")
+    # The data come last: what users wrote is not looked at for our marks.
     for name, value in (
         ("POLICY", policy),
         ("TITLE", html.escape(study.name)),
@@ -45,7 +46,7 @@ def page(study: Study, results: Results) -> str:
         ("SCRIPT", script),
         ("DATA", data),
     ):
-        text = text.replace(f"@@{name}@@", value, 1)
+        text = text.replace(f"@@{name}@@", value)
     return text
 
 

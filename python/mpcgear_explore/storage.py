@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
 
 import optuna
 from optuna.distributions import (
@@ -89,8 +88,6 @@ def finish(study: Study, opened: optuna.Study, number: int, record: Record) -> N
     """Tells Optuna what came of a running trial."""
     trial = next(t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number)
     storage = opened._storage
-    if record.state == "poisoned":
-        return fail(opened, number, record.reason)
     storage.set_trial_user_attr(trial._trial_id, RECORD, asdict(record))
     live = optuna.trial.Trial(opened, trial._trial_id)
     for name, violation in record.violations(study.constraints).items():
@@ -108,18 +105,13 @@ def fail(opened: optuna.Study, number: int, reason: str) -> None:
 def add(study: Study, opened: optuna.Study, record: Record) -> None:
     """Adds a trial that was computed without being asked for."""
     params = {v.path: _as_asked(v, record.set[v.path]) for v in study.variables}
-    attributes: dict[str, Any] = {RECORD: asdict(record)}
-    common: dict[str, Any] = {"params": params, "distributions": distributions(study)}
-    if record.state == "poisoned":
-        attributes = {FAILED: record.reason}
-        trial = optuna.create_trial(state=TrialState.FAIL, user_attrs=attributes, **common)
-    else:
-        trial = optuna.create_trial(
-            values=_values(study, opened, record),
-            user_attrs=attributes,
-            constraints=record.violations(study.constraints),
-            **common,
-        )
+    trial = optuna.create_trial(
+        params=params,
+        distributions=distributions(study),
+        values=_values(study, opened, record),
+        user_attrs={RECORD: asdict(record)},
+        constraints=record.violations(study.constraints),
+    )
     opened.add_trial(trial)
 
 

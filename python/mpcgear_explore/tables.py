@@ -11,12 +11,17 @@ from mpcgear_explore.records import Record
 from mpcgear_explore.study import Study
 
 
+def unique(made: list[Record]) -> list[Record]:
+    """Without those that were asked for again; Optuna does so where values are few."""
+    return list({record.key: record for record in made}.values())
+
+
 @dataclass(frozen=True)
 class Results:
     """What a study has found so far."""
 
     rungs: list[list[Record]]
-    """Records by rung."""
+    """Records by rung, each once."""
     failed: int
     """Trials that could not be computed."""
     tolerances: dict[str, Any]
@@ -28,7 +33,7 @@ class Results:
         opened = [storage.open_rung(study, rung) for rung in range(len(study.rungs))]
         told = [storage.results(rung) for rung in opened]
         return cls(
-            rungs=[[r for _, r in rung if r is not None] for rung in told],
+            rungs=[unique([r for _, r in rung if r is not None]) for rung in told],
             failed=sum(r is None for rung in told for _, r in rung),
             tolerances=opened[-1].user_attrs.get("tolerances", {}),
         )

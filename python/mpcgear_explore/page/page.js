@@ -85,7 +85,7 @@ function watch(node, i) {
 const kind = (row) => `${row.rung ? 'design' : 'draft'}${row.front ? ' front' : ''}${row.holds ? '' : ' broken'}`;
 
 function plot(x, y) {
-  const W = 360, H = 300, left = 60, bottom = 44, top = 12, right = 12;
+  const W = 352, H = 300, left = 60, bottom = 44, top = 12, right = 12;
   const svg = element('svg', { width: W, height: H, viewBox: `0 0 ${W} ${H}`, role: 'img', 'aria-label': `${y.measure} over ${x.measure}` });
   const px = (t) => left + t * (W - left - right), py = (t) => H - bottom - t * (H - bottom - top);
   for (const [t, name] of scales[x.measure].ticks) {
@@ -160,7 +160,7 @@ function importance() {
   if (!all.length) { element('p', { class: 'hint' }, holder, 'Too few gears to say.'); return; }
   for (const [measure, shares] of all) {
     const entries = Object.entries(shares).sort((a, b) => b[1] - a[1]);
-    const H = 30 + 22 * entries.length, W = 360;
+    const H = 30 + 22 * entries.length, W = 352;
     const svg = element('svg', { width: W, height: H, viewBox: `0 0 ${W} ${H}` });
     element('text', { x: 0, y: 16, class: 'name' }, svg, `for ${label(measure)}`);
     entries.forEach(([name, share], k) => {
