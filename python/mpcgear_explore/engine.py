@@ -70,11 +70,9 @@ class Engine:
         workers = self._pool.workers
         return 1 if workers == 1 else workers + math.ceil(workers / 2)
 
-    def _flow(
-        self, work: Iterator[tuple[int, Request]]
-    ) -> Iterator[tuple[int, Record | str]]:
+    def _flow(self, work: Iterator[tuple[int, Request]]) -> Iterator[tuple[int, Record | str]]:
         """Answers to `work`, which is asked for more only when there is room; a text is why there is none."""
-        pending: dict[Future, int] = {}
+        pending: dict[Future[Any], int] = {}
         more = True
         while more or pending:
             while more and len(pending) < self._slots():
@@ -99,7 +97,9 @@ class Engine:
         gears = sum(r is not None and r.is_gear for _, r in told)
         known = {_values(t.params) for t, _ in told} | {_values(values) for values in left.values()}
         for record in records.found(study):
-            if _values(record.set) not in known and not self._is_enough(done + len(left)):
+            if self._is_enough(done + len(left)):
+                break
+            if _values(record.set) not in known and storage.is_within(study, record):
                 storage.add(study, opened, record)
                 done += 1
                 gears += record.is_gear

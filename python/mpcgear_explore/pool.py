@@ -49,18 +49,18 @@ class Pool:
     @property
     def workers(self) -> int:
         """Tasks that run at the same time now."""
-        return max(sum(self._client.nthreads().values()), 1)
+        return max(int(sum(self._client.nthreads().values())), 1)
 
-    def submit(self, task: Callable[[Any], Any], argument: Any) -> Future:
+    def submit(self, task: Callable[[Any], Any], argument: Any) -> Future[Any]:
         """Starts a task."""
         return self._client.submit(task, argument, pure=False)
 
-    def finished(self, futures: Iterable[Future]) -> set[Future]:
+    def finished(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
         """Waits until one of them is done; those that are."""
-        done: set[Future] = wait(list(futures), return_when="FIRST_COMPLETED").done
+        done: set[Future[Any]] = wait(list(futures), return_when="FIRST_COMPLETED").done
         return done
 
-    def result(self, future: Future) -> Any:
+    def result(self, future: Future[Any]) -> Any:
         """Result of a task. Raises Crashed, and StudyStopped where the scheduler is gone."""
         try:
             return future.result()

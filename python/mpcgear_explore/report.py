@@ -65,9 +65,7 @@ def content(study: Study, results: Results) -> dict[str, Any]:
         "motion": study.motion.name,
         "variables": [v.path for v in study.variables],
         "objectives": [{"measure": o.measure, "unit": o.unit, "up": o.up} for o in study.objectives],
-        "constraints": [
-            {"measure": c.measure, "least": c.least, "most": c.most} for c in study.constraints
-        ],
+        "constraints": [{"measure": c.measure, "least": c.least, "most": c.most} for c in study.constraints],
         "rungs": ["drafts"] + [f"designs {i}" for i in range(1, len(results.rungs))],
         "rows": rows,
         "picks": [

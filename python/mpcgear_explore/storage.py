@@ -12,6 +12,7 @@ from optuna.distributions import (
     IntDistribution,
 )
 from optuna.samplers import BaseSampler, NSGAIISampler, RandomSampler, TPESampler
+from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
 
 from mpcgear_explore.records import Record
@@ -48,6 +49,13 @@ def distributions(study: Study) -> dict[str, BaseDistribution]:
     return {v.path: _distribution(v) for v in study.variables}
 
 
+def is_within(study: Study, record: Record) -> bool:
+    """Whether the study could have asked for this trial."""
+    space = distributions(study)
+    values = ((space[path], value) for path, value in record.set.items())
+    return all(d._contains(d.to_internal_repr(value)) for d, value in values)
+
+
 def sampler(study: Study, number: int) -> BaseSampler:
     """The sampler for one trial: its draws depend on seed and number alone, so a restart changes nothing."""
     seed = (study.seed * 1_000_003 + number) % 2**32
@@ -64,10 +72,8 @@ def open_rung(study: Study, rung: int) -> optuna.Study:
     """The Optuna study of a rung, made where it is missing."""
     storage = optuna.storages.RDBStorage(study.storage, engine_kwargs={"connect_args": {"timeout": 60}})
     name = f"{study.name}: drafts" if rung == 0 else f"{study.name}: designs {rung}"
-    directions = ["maximize" if o.up else "minimize" for o in study.objectives]
-    opened = optuna.create_study(
-        storage=storage, study_name=name, directions=directions, load_if_exists=True
-    )
+    directions = [StudyDirection.MAXIMIZE if o.up else StudyDirection.MINIMIZE for o in study.objectives]
+    opened = optuna.create_study(storage=storage, study_name=name, directions=directions, load_if_exists=True)
     opened.set_metric_names([o.measure for o in study.objectives])
     return opened
 
@@ -86,7 +92,9 @@ def _record(trial: FrozenTrial) -> Record | None:
 
 def finish(study: Study, opened: optuna.Study, number: int, record: Record) -> None:
     """Tells Optuna what came of a running trial."""
-    trial = next(t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number)
+    trial = next(
+        t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number
+    )
     storage = opened._storage
     storage.set_trial_user_attr(trial._trial_id, RECORD, asdict(record))
     live = optuna.trial.Trial(opened, trial._trial_id)
@@ -97,7 +105,9 @@ def finish(study: Study, opened: optuna.Study, number: int, record: Record) -> N
 
 def fail(opened: optuna.Study, number: int, reason: str) -> None:
     """Records a trial that cannot be computed; it is not tried again."""
-    trial = next(t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number)
+    trial = next(
+        t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number
+    )
     opened._storage.set_trial_user_attr(trial._trial_id, FAILED, reason)
     opened.tell(number, state=TrialState.FAIL)
 

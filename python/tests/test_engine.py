@@ -121,3 +121,17 @@ def test_time_ends_a_study(make_study: MakeStudy, monkeypatch: pytest.MonkeyPatc
     folder = make_study(budget={"trials": 100_000, "minutes": 0.05})
     assert explore(folder) == 0
     assert 0 < len(drafts(folder)) < 20
+
+
+def test_drafts_of_a_wider_study_are_left_out(make_study: MakeStudy) -> None:
+    wide, narrow = make_study("wide"), make_study(
+        "narrow",
+        variables=[STUDY["variables"][0], {**STUDY["variables"][1], "high": 5}, STUDY["variables"][2]],
+    )
+    assert explore(wide) == 0
+    for path in wide.glob("trials/*"):
+        path.rename(narrow / "trials" / path.name)
+    assert explore(narrow) == 0
+    assert {b for _, b, _ in drafts(narrow)} <= {1, 2, 3, 4, 5}
+    wider = {b for _, b, _ in drafts(wide)}
+    assert wider - {1, 2, 3, 4, 5}
