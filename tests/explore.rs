@@ -30,7 +30,10 @@ fn folder(study: &str) -> TempDir {
 
 fn mpcgear(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(BINARY);
-    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null());
     command
 }
 
@@ -60,14 +63,25 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
 #[test]
 fn a_trial_is_computed_once_and_says_what_came_of_it() {
     let folder = folder(STUDY);
-    let one = ["trial", "my.toml", "--set", "gear.center_distance_mm=26", "--into", "trials", "--draft"];
+    let one = [
+        "trial",
+        "my.toml",
+        "--set",
+        "gear.center_distance_mm=26",
+        "--into",
+        "trials",
+        "--draft",
+    ];
     let first = answer(folder.path(), &one);
     assert_eq!(first["state"], "complete", "{first}");
     assert_eq!(first["reused"], false);
     for figure in ["plastic_g", "height_mm", "print_h", "q_min"] {
         assert!(first["figures"][figure].as_f64().unwrap() > 0.0, "{figure}");
     }
-    assert_eq!(first["figures"]["payload_g"], 1e6, "weight does not load a gear that turns about z");
+    assert_eq!(
+        first["figures"]["payload_g"], 1e6,
+        "weight does not load a gear that turns about z"
+    );
     let mut again = answer(folder.path(), &one);
     assert_eq!(again["reused"], true);
     again["reused"] = false.into();
@@ -75,7 +89,12 @@ fn a_trial_is_computed_once_and_says_what_came_of_it() {
     // Written otherwise it is the same trial; another value is another.
     let with = |value: &str| {
         let set = format!("gear.center_distance_mm={value}");
-        answer(folder.path(), &["trial", "my.toml", "--set", &set, "--into", "trials", "--draft"])
+        answer(
+            folder.path(),
+            &[
+                "trial", "my.toml", "--set", &set, "--into", "trials", "--draft",
+            ],
+        )
     };
     assert_eq!(with("26.0")["reused"], true);
     assert_eq!(with("27")["reused"], false);
@@ -95,10 +114,21 @@ fn what_cannot_be_computed_is_recorded_and_not_tried_again() {
     let set = ["--set", "gear.center_distance_mm=25.5"];
     let small = with(&[&set[..], &["--memory-mb", "30"]].concat());
     assert_eq!(small["state"], "poisoned", "{small}");
-    assert!(small["reason"].as_str().unwrap().contains("crashed"), "{small}");
-    let refused = with(&["--set", "gear.teeth=60", "--set", "gear.tooth_thickness_mm=6"]);
+    assert!(
+        small["reason"].as_str().unwrap().contains("crashed"),
+        "{small}"
+    );
+    let refused = with(&[
+        "--set",
+        "gear.teeth=60",
+        "--set",
+        "gear.tooth_thickness_mm=6",
+    ]);
     assert_eq!(refused["state"], "infeasible", "{refused}");
-    assert!(refused["reason"].as_str().unwrap().contains("refused"), "{refused}");
+    assert!(
+        refused["reason"].as_str().unwrap().contains("refused"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -106,7 +136,10 @@ fn two_processes_compute_a_trial_once() {
     let folder = folder(STUDY);
     let spawn = || {
         let arguments = ["--json", "trial", "my.toml", "--into", "trials", "--draft"];
-        mpcgear(folder.path(), &arguments).stdout(Stdio::piped()).spawn().unwrap()
+        mpcgear(folder.path(), &arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap()
     };
     let [one, two] = [spawn(), spawn()].map(|child| child.wait_with_output().unwrap());
     let [one, two]: [Value; 2] = [one, two].map(|o| serde_json::from_slice(&o.stdout).unwrap());
@@ -119,13 +152,26 @@ fn two_processes_compute_a_trial_once() {
 fn shards_share_the_trials_and_need_no_python() {
     let folder = folder(STUDY);
     let shard = |part: &str| {
-        let arguments = ["explore", "my.toml", "study.toml", "-o", "study", "--shard", part];
+        let arguments = [
+            "explore",
+            "my.toml",
+            "study.toml",
+            "-o",
+            "study",
+            "--shard",
+            part,
+        ];
         answer(folder.path(), &arguments)
     };
     let (one, two) = (shard("0/3"), shard("1/3"));
     assert_eq!((&one["trials"], &two["trials"]), (&2.into(), &1.into()));
     assert_eq!(shard("2/3")["trials"], 1);
-    assert_eq!(fs::read_dir(folder.path().join("study/trials")).unwrap().count(), 4);
+    assert_eq!(
+        fs::read_dir(folder.path().join("study/trials"))
+            .unwrap()
+            .count(),
+        4
+    );
     let again = shard("0/1");
     assert_eq!((&again["trials"], &again["reused"]), (&4.into(), &4.into()));
 }
@@ -155,11 +201,27 @@ fn a_bad_study_is_told_whole_and_leaves_nothing() {
 #[test]
 fn a_study_keeps_its_folder() {
     let folder = folder(STUDY);
-    let shard = ["explore", "my.toml", "study.toml", "-o", "study", "--shard", "3/4"];
+    let shard = [
+        "explore",
+        "my.toml",
+        "study.toml",
+        "-o",
+        "study",
+        "--shard",
+        "3/4",
+    ];
     answer(folder.path(), &shard);
-    fs::write(folder.path().join("study.toml"), STUDY.replace("trials = 4", "trials = 8")).unwrap();
+    fs::write(
+        folder.path().join("study.toml"),
+        STUDY.replace("trials = 4", "trials = 8"),
+    )
+    .unwrap();
     answer(folder.path(), &shard);
-    fs::write(folder.path().join("study.toml"), STUDY.replace("high = 0.2", "high = 0.3")).unwrap();
+    fs::write(
+        folder.path().join("study.toml"),
+        STUDY.replace("high = 0.2", "high = 0.3"),
+    )
+    .unwrap();
     let told = refused(folder.path(), &shard);
     assert!(told.contains("belongs to another study"), "{told}");
 }
@@ -174,7 +236,10 @@ fn a_missing_python_package_is_named_with_the_way_to_get_it() {
         .unwrap();
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("pip install \".[explore]\"") && told.contains("--shard"), "{told}");
+    assert!(
+        told.contains("pip install \".[explore]\"") && told.contains("--shard"),
+        "{told}"
+    );
 }
 
 #[cfg(unix)]
@@ -182,7 +247,8 @@ fn a_missing_python_package_is_named_with_the_way_to_get_it() {
 fn a_full_disk_is_named_and_the_trial_is_made_later() {
     let folder = folder(STUDY);
     // Files of at most 512 bytes are as good as a full disk for a record.
-    let script = format!("trap '' XFSZ; ulimit -f 1; exec {BINARY:?} trial my.toml --into trials --draft");
+    let script =
+        format!("trap '' XFSZ; ulimit -f 1; exec {BINARY:?} trial my.toml --into trials --draft");
     let output = Command::new("sh")
         .args(["-c", &script])
         .current_dir(folder.path())
@@ -190,9 +256,18 @@ fn a_full_disk_is_named_and_the_trial_is_made_later() {
         .unwrap();
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("trials") && told.contains("File too large"), "{told}");
-    let made = answer(folder.path(), &["trial", "my.toml", "--into", "trials", "--draft"]);
-    assert_eq!((&made["state"], &made["reused"]), (&"complete".into(), &false.into()));
+    assert!(
+        told.contains("trials") && told.contains("File too large"),
+        "{told}"
+    );
+    let made = answer(
+        folder.path(),
+        &["trial", "my.toml", "--into", "trials", "--draft"],
+    );
+    assert_eq!(
+        (&made["state"], &made["reused"]),
+        (&"complete".into(), &false.into())
+    );
 }
 
 /// Python with the packages of the extra `explore` and pytest. Without it the tests that need it are skipped,
@@ -204,7 +279,10 @@ fn python() -> Option<PathBuf> {
     let found = Command::new(&python).args(look).output();
     let found = found.is_ok_and(|output| output.status.success());
     let required = std::env::var("MPCGEAR_REQUIRE_CAD").is_ok_and(|v| v == "1");
-    assert!(found || !required, "optuna, distributed, pandas, pyarrow or pytest is not installed");
+    assert!(
+        found || !required,
+        "optuna, distributed, pandas, pyarrow or pytest is not installed"
+    );
     if !found {
         eprintln!("skipped: optuna, distributed, pandas, pyarrow or pytest is not installed");
     }
@@ -220,7 +298,16 @@ fn packages() -> PathBuf {
 fn a_study_ends_with_designs_that_are_proved_and_a_report() {
     let Some(python) = python() else { return };
     let folder = folder(STUDY);
-    let explore = ["--json", "explore", "my.toml", "study.toml", "-o", "study", "--workers", "2"];
+    let explore = [
+        "--json",
+        "explore",
+        "my.toml",
+        "study.toml",
+        "-o",
+        "study",
+        "--workers",
+        "2",
+    ];
     let output = mpcgear(folder.path(), &explore)
         .env("MPCGEAR_PYTHON", python)
         .env("PYTHONPATH", packages())
@@ -230,12 +317,19 @@ fn a_study_ends_with_designs_that_are_proved_and_a_report() {
     let told: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(told["trials"], serde_json::json!([4, 1]));
     let pick = &told["picks"][0];
-    assert!(pick["tolerances"]["works"].as_f64().unwrap() > 0.9, "{pick}");
+    assert!(
+        pick["tolerances"]["works"].as_f64().unwrap() > 0.9,
+        "{pick}"
+    );
     let made = folder.path().join(pick["folder"].as_str().unwrap());
     let summary = fs::read(made.join("summary.json")).unwrap();
     let summary: Value = serde_json::from_slice(&summary).unwrap();
     assert_eq!(summary["feasible"], true);
-    for path in ["study/report.html", "study/study.csv", "study/study.parquet"] {
+    for path in [
+        "study/report.html",
+        "study/study.csv",
+        "study/study.parquet",
+    ] {
         assert!(folder.path().join(path).is_file(), "{path}");
     }
     assert!(made.join("report.html").is_file());
@@ -245,12 +339,22 @@ fn a_study_ends_with_designs_that_are_proved_and_a_report() {
 fn the_python_packages_pass_their_tests() {
     let Some(python) = python() else { return };
     let output = Command::new(python)
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "python/tests"])
+        .args([
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "python/tests",
+        ])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .env("MPCGEAR_BINARY", BINARY)
         .output()
         .unwrap();
     let told = text(&output.stdout);
     assert!(output.status.success(), "{told}\n{}", text(&output.stderr));
-    assert!(told.contains(" passed") && !told.contains("skipped"), "{told}");
+    assert!(
+        told.contains(" passed") && !told.contains("skipped"),
+        "{told}"
+    );
 }

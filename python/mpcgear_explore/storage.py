@@ -74,7 +74,9 @@ def open_rung(study: Study, rung: int) -> optuna.Study:
     name = f"{study.name}: drafts" if rung == 0 else f"{study.name}: designs {rung}"
     directions = [StudyDirection.MAXIMIZE if o.up else StudyDirection.MINIMIZE for o in study.objectives]
     opened = optuna.create_study(storage=storage, study_name=name, directions=directions, load_if_exists=True)
-    opened.set_metric_names([o.measure for o in study.objectives])
+    names = [o.measure for o in study.objectives]
+    if opened.metric_names != names:
+        opened.set_metric_names(names)
     return opened
 
 

@@ -135,3 +135,14 @@ def test_drafts_of_a_wider_study_are_left_out(make_study: MakeStudy) -> None:
     assert {b for _, b, _ in drafts(narrow)} <= {1, 2, 3, 4, 5}
     wider = {b for _, b, _ in drafts(wide)}
     assert wider - {1, 2, 3, 4, 5}
+
+
+def test_a_watcher_tells_where_the_study_is_and_ends_with_it(
+    make_study: MakeStudy, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = make_study()
+    assert explore(folder) == 0
+    capsys.readouterr()
+    assert main(["watch", str(folder)]) == 0
+    told = capsys.readouterr().err
+    assert "drafts 20 of 20" in told and "designs 5" in told

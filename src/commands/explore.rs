@@ -35,7 +35,13 @@ const TRIALS: &str = "trials";
 /// Variable of the environment with the Python interpreter to use.
 const PYTHON: &str = "MPCGEAR_PYTHON";
 /// Packages that the extra `explore` brings.
-const NEEDED: [&str; 5] = ["mpcgear_explore", "optuna", "distributed", "pandas", "pyarrow"];
+const NEEDED: [&str; 5] = [
+    "mpcgear_explore",
+    "optuna",
+    "distributed",
+    "pandas",
+    "pyarrow",
+];
 
 /// Explores, or continues; the exit code of the Python program, or 0.
 ///
@@ -54,7 +60,13 @@ pub fn run(cli: &Cli, args: &ExploreArgs) -> Result<u8> {
     {
         crate::terminal::warn(&format!("without changes the motion is {error}"));
     }
-    open(&opened, &args.out)?;
+    if !args.watch {
+        open(&opened, &args.out)?;
+    } else if !args.out.join(STUDY).is_file() {
+        let what = "there is no study yet";
+        let hint = "start it with the same command without --watch";
+        return Err(Error::input(&args.out, Problem::new("-o", what, hint)));
+    }
     match args.shard {
         Some(shard) => compute(cli, (args, &opened), shard),
         None => python(cli, args),

@@ -237,9 +237,10 @@ fn tried(variable: &Variable, motion: &Path) -> Result<Vec<Problem>> {
         // Fields that have to fit this one may be varied with it; only its own problems count.
         let own = |p: &&Problem| p.place.ends_with(&variable.path);
         for problem in problems.first().iter().filter(own) {
-            let told = Problem::new(&place, format!("{change}: {}", problem.what), &problem.hint);
-            if !found.contains(&told) {
-                found.push(told);
+            // What is wrong whatever the value is told once.
+            if !found.iter().any(|told| told.what.ends_with(&problem.what)) {
+                let what = format!("{change}: {}", problem.what);
+                found.push(Problem::new(&place, what, &problem.hint));
             }
         }
     }
