@@ -114,7 +114,7 @@ function plot(x, y) {
 }
 
 function parallel() {
-  const W = Math.max(700, 104 * names.length), H = 330, top = 46, bottom = 22, side = 62;
+  const W = Math.max(700, 126 * names.length), H = 330, top = 46, bottom = 22, side = 62;
   const svg = element('svg', { width: W, height: H, viewBox: `0 0 ${W} ${H}`, role: 'img', 'aria-label': 'all variables and objectives' });
   const px = (i) => side + (i * (W - 2 * side)) / Math.max(names.length - 1, 1), py = (t) => H - bottom - t * (H - bottom - top);
   rows.forEach((row, i) => {
