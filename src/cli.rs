@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use mpcgear::motion::Change;
 
 /// Designs multi-point conjugation gears: one motor, one gear pair, any periodic 3D motion.
 #[derive(Debug, Parser)]
@@ -38,6 +39,10 @@ pub enum Command {
     },
     /// Render a design again in chosen formats.
     Export(ExportArgs),
+    /// From a requirement to a shortlist: many designs, the best of them proved.
+    Explore(ExploreArgs),
+    /// One design of an exploration, into a folder named by what it is made from; skipped when it is there.
+    Trial(TrialArgs),
     /// Prove a design again, from its file and meshes alone.
     Check(CheckArgs),
     /// Forces, torque, payload, stress, play and sensitivity of a design.
@@ -50,6 +55,14 @@ pub enum Command {
         /// Print the table over the driver angle as CSV instead.
         #[arg(long, conflicts_with = "json")]
         csv: bool,
+        /// Make so many gears at random within the tolerances instead: what share works, how play and hold
+        /// spread.
+        #[arg(long, value_name = "DRAWS", conflicts_with = "csv",
+              value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        tolerances: Option<u32>,
+        /// Seed of these draws.
+        #[arg(long, default_value = "1", requires = "tolerances")]
+        seed: u64,
     },
     /// Write the report of a design again.
     Report {
@@ -127,6 +140,71 @@ pub struct DesignArgs {
     /// Parameterisation instead of the file's.
     #[arg(long, value_enum)]
     pub method: Option<Method>,
+    /// A setting instead of the file's: gear.teeth=12. More than once for several.
+    #[arg(long, value_name = "PATH=VALUE", value_parser = Change::parse)]
+    pub set: Vec<Change>,
+}
+
+/// Arguments of `trial`.
+#[derive(Debug, Args)]
+pub struct TrialArgs {
+    /// Motion file (TOML).
+    pub file: PathBuf,
+    /// A setting instead of the file's: gear.teeth=12. More than once for several.
+    #[arg(long, value_name = "PATH=VALUE", value_parser = Change::parse)]
+    pub set: Vec<Change>,
+    /// Folder of trials; this one gets a folder in it that is named by what it is made from.
+    #[arg(long, value_name = "FOLDER")]
+    pub into: PathBuf,
+    /// Bodies and figures of a first look, neither polished nor proved.
+    #[arg(long)]
+    pub draft: bool,
+    /// After so long it is ended and recorded as one that cannot be computed.
+    #[arg(long, value_name = "SECONDS", default_value = "1200", value_parser = parse_seconds)]
+    pub timeout: f64,
+    /// Memory that it may have, MB.
+    #[arg(long, value_name = "MB", default_value = "2000")]
+    pub memory_mb: u64,
+    /// Threads that it may have; 0 is one a core.
+    #[arg(long, default_value = "0")]
+    pub threads: u64,
+    /// Computes here, in this process, without looking at time.
+    #[arg(long, hide = true)]
+    pub unwatched: bool,
+}
+
+/// Arguments of `explore`.
+#[derive(Debug, Args)]
+pub struct ExploreArgs {
+    /// Motion file (TOML).
+    pub file: PathBuf,
+    /// Study file (TOML): variables, objectives, constraints, budget.
+    pub study: PathBuf,
+    /// Folder of the study; an interrupted one is continued.
+    #[arg(short, long)]
+    pub out: PathBuf,
+    /// Trials at the same time, here.
+    #[arg(long, default_value_t = cores(), conflicts_with = "scheduler")]
+    pub workers: usize,
+    /// Dask scheduler whose workers to use instead: tcp://host:8786.
+    #[arg(long, value_name = "ADDRESS")]
+    pub scheduler: Option<String>,
+    /// Show how far the study in this folder is, until it is done; computes nothing.
+    #[arg(long, conflicts_with_all = ["shard", "scheduler"])]
+    pub watch: bool,
+    /// Compute only the drafts i, i + n, i + 2n … of an even spread, without Python; a later run without
+    /// this takes them over.
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Shard>,
+}
+
+/// Part `index` (from 0) of `count`.
+#[derive(Debug, Clone, Copy)]
+pub struct Shard {
+    /// Which.
+    pub index: u64,
+    /// Of how many.
+    pub count: u64,
 }
 
 /// How tooth pairs are parameterised.
@@ -249,4 +327,29 @@ fn parse_share(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && value <= 100.0 => Ok(value),
         _ => Err(format!("`{text}` is not a factor above 0 and up to 100")),
     }
+}
+
+/// A time above 0 and up to a year, s.
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 3.2e7 => Ok(value),
+        _ => Err(format!("`{text}` is not a time above 0, in seconds")),
+    }
+}
+
+/// `i/n`, i from 0 to n − 1.
+fn parse_shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/');
+    let numbers = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((index, count)) if index < count => Ok(Shard { index, count }),
+        _ => Err(format!(
+            "`{text}` is not a part; write 0/4, 1/4, 2/4 or 3/4"
+        )),
+    }
+}
+
+/// Cores of this machine.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }

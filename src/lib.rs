@@ -12,6 +12,7 @@
 //! 6. [`solid`] builds hubs, joints, frame and teeth as meshes from the design's recipe.
 //! 7. [`verify`] tries every claim on those meshes; [`load`] says what they bear.
 //! 8. [`export`] writes files, [`disk`] puts them in place whole or not at all, [`stats`] compares.
+//! 9. [`explore`] says what a study of many designs is, and what one trial of it.
 //!
 //! [`pipeline`] walks the whole way and falls back to the next best choice where the meshes refuse the
 //! best. mm, rad and N everywhere; nothing in the library prints.
@@ -63,6 +64,7 @@ pub mod disk;
 pub mod envelope;
 mod error;
 pub mod escape;
+pub mod explore;
 pub mod export;
 pub mod flank;
 pub mod load;

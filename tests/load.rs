@@ -445,3 +445,76 @@ fn the_table_over_the_angle_says_what_the_samples_say() {
     assert_eq!(table.records()[0]["payload g"], serde_json::Value::Null);
     assert_eq!(report.table(6).rows.len(), 4);
 }
+
+#[test]
+fn gears_made_within_the_tolerances_work_until_these_are_as_large_as_the_gap() {
+    use mpcgear::load::tolerances::{Draws, spread};
+    let helical = |side: f64, z0: f64| Helical {
+        alpha: 0.45,
+        side,
+        z0,
+        travel: 14.0,
+    };
+    let m = motion(Class::R1);
+    let pair = design(
+        Class::R1,
+        vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)],
+    );
+    let with = |factor: f64, seed: u64| {
+        let load = Load {
+            center_distance_error_mm: 0.1 * factor,
+            axis_tilt_error_deg: 0.2 * factor,
+            scale_error_percent: 0.2 * factor,
+            ..Load::default()
+        };
+        spread(&pair, &m, &load, Draws { count: 200, seed }).expect("closed")
+    };
+    let (small, large) = (with(0.1, 1), with(20.0, 1));
+    assert_eq!(small, with(0.1, 1));
+    assert_ne!(small, with(0.1, 2));
+    assert!(small.jams == 0.0 && large.jams > 0.5, "{small:?} {large:?}");
+    let (narrow, wide) = (small.q_min.expect("Q"), large.q_min.expect("Q"));
+    assert!(narrow.p5 <= narrow.p50 && narrow.p50 <= narrow.p95);
+    assert!(wide.p95 - wide.p5 > 5.0 * (narrow.p95 - narrow.p5));
+    // Without errors of place, play is what the gap leaves.
+    let play = analyse(&pair, &m, &Load::default(), sampling(36))
+        .expect("closed")
+        .play_turn_max;
+    let spread = small.play_deg.expect("free");
+    assert!(spread.p5 < play.to_degrees() && play.to_degrees() < spread.p95);
+}
+
+#[test]
+fn contacts_flatten_with_the_cube_root_of_the_square_of_the_load() {
+    let helical = |side: f64, z0: f64| Helical {
+        alpha: 0.45,
+        side,
+        z0,
+        travel: 14.0,
+    };
+    let m = motion(Class::R1);
+    let pair = design(
+        Class::R1,
+        vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)],
+    );
+    let with = |mass_g: f64| {
+        let load = Load {
+            mass_g,
+            point_mm: [20.0, 0.0, 10.0],
+            gravity: [1.0, 0.5, 0.0],
+            ..Load::default()
+        };
+        let report = analyse(&pair, &m, &load, sampling(7)).expect("closed");
+        report
+            .samples
+            .into_iter()
+            .map(|s| s.deflection)
+            .collect::<Vec<_>>()
+    };
+    assert!(with(0.0).iter().all(Option::is_none));
+    for (one, eight) in with(100.0).into_iter().zip(with(800.0)) {
+        let (one, eight) = (one.expect("weight"), eight.expect("weight"));
+        assert!(one > 0.0);
+        assert_relative_eq!(eight / one, 4.0, max_relative = 1e-6);
+    }
+}

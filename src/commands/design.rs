@@ -30,7 +30,7 @@ use crate::terminal::Watch;
 /// made, after their draft is written; an interrupt before there was a design; defects of ours.
 pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
     let watch = Arc::new(Watch::new(cli.quiet || cli.json));
-    let (mut file, motion) = MotionFile::read_draft(&args.file)?;
+    let (mut file, motion) = MotionFile::read_changed(&args.file, &args.set)?;
     override_settings(&mut file, args)?;
     watch.limit(file.settings.search.time_limit_s);
     let job = Job {
@@ -159,28 +159,11 @@ impl Job<'_> {
     /// the rest of it.
     fn deliver(&self, args: &DesignArgs, motion: &Motion, outcome: &Outcome) -> Result<u8> {
         let design = &outcome.design;
-        let mut summary = Summary::of(design);
-        summary.conjugation_residual_max = Some(outcome.residual);
-        if let Some(proof) = outcome.check.as_ref().and_then(|c| c.proof.as_ref()) {
-            let overlap = proof.overlap_max_mm3();
-            summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
-            summary.escapes = Some(proof.escapes.len());
-            let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
-            summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
-        }
-        summary.choice_proved = outcome.is_proved;
-        summary.remarks = outcome.remarks.clone();
-        let certified = certified::of(design, motion);
-        summary.q_certified = certified.map(|c| c.q);
-        summary.q_star_certified = certified.map(|c| c.q_star);
-        let bound = bound::of(design, motion);
-        summary.q_bound = bound.map(|b| b.q);
-        summary.q_star_bound = bound.map(|b| b.q_star);
+        let mut summary = summarise(outcome, motion);
         let remedies = self.remedies.iter().map(Remedy::to_string);
         summary.remarks.extend(remedies);
         summary.remedies = self.remedies.clone();
         summary.draft = args.draft;
-        summary.stopped = outcome.stop == StopReason::Stopped;
         summary.wall_seconds = self.watch.seconds();
         let source = Source {
             design,
@@ -240,6 +223,30 @@ impl Job<'_> {
         }
         Err(error)
     }
+}
+
+/// The figures of what was found; remedies and time stay open.
+pub(super) fn summarise(outcome: &Outcome, motion: &Motion) -> Summary {
+    let design = &outcome.design;
+    let mut summary = Summary::of(design);
+    summary.conjugation_residual_max = Some(outcome.residual);
+    if let Some(proof) = outcome.check.as_ref().and_then(|c| c.proof.as_ref()) {
+        let overlap = proof.overlap_max_mm3();
+        summary.overlap_max_mm3 = overlap.is_finite().then_some(overlap);
+        summary.escapes = Some(proof.escapes.len());
+        let all_thicker = 1.25 * design.settings.gear.minimum_wall_mm;
+        summary.wall_min_mm = Some(proof.wall_min_mm().unwrap_or(all_thicker));
+    }
+    summary.choice_proved = outcome.is_proved;
+    summary.remarks = outcome.remarks.clone();
+    let certified = certified::of(design, motion);
+    summary.q_certified = certified.map(|c| c.q);
+    summary.q_star_certified = certified.map(|c| c.q_star);
+    let bound = bound::of(design, motion);
+    summary.q_bound = bound.map(|b| b.q);
+    summary.q_star_bound = bound.map(|b| b.q_star);
+    summary.stopped = outcome.stop == StopReason::Stopped;
+    summary
 }
 
 /// Time for the search of remedies, s.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use mpcgear::design::Stored;
 use mpcgear::export::figures;
 use mpcgear::load::sensitivity::{Sensitivity, sensitivity};
+use mpcgear::load::tolerances::{self, Draws};
 use mpcgear::load::{self, LoadReport, Sampling};
 use mpcgear::table::Format;
 use mpcgear::{Result, export, stats};
@@ -63,6 +64,26 @@ pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Resu
         cli,
         report.table(TEXT_STEP).render(Format::Text)?.trim_end(),
     )
+}
+
+/// Prints how gears come out that are made within the tolerances.
+///
+/// # Errors
+/// As [`tolerances::spread`].
+pub fn tolerances(
+    cli: &Cli,
+    path: &Path,
+    (payload, draws, seed): (Option<f64>, u32, u64),
+) -> Result<u8> {
+    let (design, motion, _) = Stored::read(path)?.with_motion()?;
+    let mut carried = design.settings.load.clone();
+    carried.mass_g = payload.unwrap_or(carried.mass_g);
+    let spread = tolerances::spread(&design, &motion, &carried, Draws { count: draws, seed })?;
+    if cli.json {
+        print_out(&json(&spread)?)?;
+        return Ok(0);
+    }
+    say_figures(cli, &figures::tolerances(&spread), [31, 24, 6])
 }
 
 /// Writes the comparison page and prints its table.

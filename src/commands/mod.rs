@@ -2,11 +2,13 @@
 
 mod check;
 mod design;
+mod explore;
 mod inspect;
 mod manual;
 mod motion;
 mod render;
 mod report;
+mod trial;
 
 use std::io::Write;
 use std::path::Path;
@@ -34,13 +36,20 @@ pub fn run(cli: &Cli) -> Result<u8> {
             )
         }
         Command::Export(args) => render::export(cli, args),
+        Command::Explore(args) => explore::run(cli, args),
+        Command::Trial(args) => trial::run(cli, args),
         Command::Report { folder, png } => report::run(cli, folder, png.as_deref()),
         Command::Check(args) => check::run(cli, args),
         Command::Load {
             design,
             payload,
             csv,
-        } => inspect::load(cli, design, (*payload, *csv)),
+            tolerances,
+            seed,
+        } => match tolerances {
+            Some(draws) => inspect::tolerances(cli, design, (*payload, *draws, *seed)),
+            None => inspect::load(cli, design, (*payload, *csv)),
+        },
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
         Command::Motion(command) => motion::run(cli, command),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),

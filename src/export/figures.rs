@@ -7,6 +7,7 @@ use super::report::ReportInput;
 use crate::bound;
 use crate::design::Design;
 use crate::load::sensitivity::Sensitivity;
+use crate::load::tolerances::{Percentiles, Spread};
 use crate::load::{Load, LoadReport, PayloadLimit};
 use crate::motion::Class;
 
@@ -340,6 +341,49 @@ pub fn assembly_errors(settings: &Load, s: &Sensitivity, class: Class) -> Vec<Fi
         "mm",
         "More than the gap between flanks would jam.",
     );
+    drop(add);
+    figures
+}
+
+/// How gears come out that are made within the tolerances.
+pub fn tolerances(spread: &Spread) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    let mut add = table(&mut figures, "Tolerances");
+    let percent = |share: f64| rounded(100.0 * share, 3);
+    let range = |p: Option<Percentiles>| {
+        p.map_or("–".into(), |p| {
+            [p.p5, p.p50, p.p95].map(|x| rounded(x, 3)).join(" / ")
+        })
+    };
+    const RANGE: &str = "5th percentile, median, 95th.";
+    add(
+        "Gears drawn",
+        spread.draws.to_string(),
+        "",
+        "With errors at random within the tolerances.",
+    );
+    add("Works", percent(spread.works), "%", "Of them.");
+    add(
+        "Jams",
+        percent(spread.jams),
+        "%",
+        "No gap left at a contact.",
+    );
+    add(
+        "Not held",
+        percent(spread.loose),
+        "%",
+        "The follower is not form closed somewhere.",
+    );
+    add(
+        "Too much play",
+        percent(spread.too_much_play),
+        "%",
+        "Beyond fit.max_play_mm or fit.max_play_deg.",
+    );
+    add("Play of the load point", range(spread.play_mm), "mm", RANGE);
+    add("Play as an angle", range(spread.play_deg), "°", RANGE);
+    add("Smallest grip", range(spread.q_min), "", RANGE);
     drop(add);
     figures
 }

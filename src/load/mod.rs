@@ -13,6 +13,7 @@ mod material;
 pub mod play;
 pub mod sensitivity;
 mod settings;
+pub mod tolerances;
 pub mod wrench;
 
 use std::f64::consts::TAU;
@@ -93,6 +94,10 @@ pub struct LoadSample {
     pub play_point: f64,
     /// Displacement of the load point where the load leaves it, mm.
     pub sag: f64,
+    /// Displacement of the load point along gravity as the contacts flatten under its weight (Hertz, by
+    /// virtual work), mm; `None` without weight, with extra loads, or where flanks form no point contact.
+    /// Teeth, ribs and necks are taken as rigid.
+    pub deflection: Option<f64>,
 }
 
 /// Loads over the driver's range.
@@ -220,6 +225,14 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
     let normals: Vec<_> = at.contacts.iter().map(|c| c.n).collect();
     let play = play::play(at, design.section.clearance, unit.point, &total).ok_or_else(open)?;
     let modulus = hertz::effective_modulus(load.driver_material, load.follower_material);
+    let patches = at.contacts.iter().zip(&balance.forces);
+    let work = patches
+        .filter(|(_, force)| **force > 0.0)
+        .try_fold(0.0, |sum, (c, &force)| {
+            let patch = hertz::patch(hertz::relative_curvatures(c), force, modulus)?;
+            Some(sum + force * patch.approach)
+        });
+    let weight = mass * wrench::GRAVITY;
     let contacts = at
         .contacts
         .iter()
@@ -255,6 +268,9 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
         play_turn: play.turn,
         play_point: play.point,
         sag: play.sag,
+        deflection: work
+            .filter(|_| weight > 0.0 && load.extra.is_empty())
+            .map(|work| work / weight),
     })
 }
 

@@ -31,6 +31,16 @@ pub fn play(
     if !super::forces::closed(&columns) {
         return None;
     }
+    within(at, &columns, &vec![gap; columns.len()], (point, load))
+}
+
+/// [`play`] with a gap (mm, not negative) for each contact, of a follower that is known to be form closed.
+pub fn within(
+    at: &Configuration,
+    columns: &[DVector<f64>],
+    gaps: &[f64],
+    (point, load): (Vector3<f64>, &DVector<f64>),
+) -> Option<Play> {
     let dof = at.class.dof();
     let mut play = Play {
         turn: 0.0,
@@ -47,11 +57,12 @@ pub fn play(
         let rows: Vec<_> = here.iter().map(|&i| columns[i].transpose()).collect();
         let Some(corner) = DMatrix::from_rows(&rows)
             .lu()
-            .solve(&DVector::from_element(dof, -gap))
+            .solve(&DVector::from_iterator(dof, here.iter().map(|&i| -gaps[i])))
         else {
             continue;
         };
-        if columns.iter().any(|c| c.dot(&corner) < -gap * (1.0 + 1e-9)) {
+        let leaves = |(c, gap): (&DVector<f64>, &f64)| c.dot(&corner) < -gap * (1.0 + 1e-9) - 1e-12;
+        if columns.iter().zip(gaps).any(leaves) {
             continue;
         }
         let (shift, turn) = motion(at, &corner);

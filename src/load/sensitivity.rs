@@ -17,7 +17,7 @@ use crate::motion::Motion;
 use crate::{Error, Result};
 
 /// Number of independent errors.
-const ERRORS: usize = 5;
+pub(super) const ERRORS: usize = 5;
 /// Random errors inside the tolerance box, beside its 2⁵ corners.
 const INSIDE: usize = 32;
 
@@ -37,7 +37,8 @@ pub struct Deviation {
 }
 
 impl Deviation {
-    fn scaled(load: &Load, factors: [f64; ERRORS]) -> Deviation {
+    /// The errors as shares (−1 to 1) of the tolerances of `load`, in the order of the fields.
+    pub(super) fn scaled(load: &Load, factors: [f64; ERRORS]) -> Deviation {
         let tilt = load.axis_tilt_error_deg.to_radians();
         let scale = load.scale_error_percent * 1e-2;
         Deviation {
@@ -75,12 +76,15 @@ pub struct Sensitivity {
 }
 
 /// Effect of one deviation at one angle.
-#[derive(Debug, Clone, Copy)]
-struct Effect {
-    q: f64,
+#[derive(Debug, Clone)]
+pub(super) struct Effect {
+    /// Hold.
+    pub q: f64,
     turn: Vector3<f64>,
     point: Vector3<f64>,
     interference: f64,
+    /// Loss of flank gap at each contact, mm; the largest is the interference.
+    pub losses: Vec<f64>,
 }
 
 /// Effect of the errors allowed by `load` on `design`, at the angles of `sampling`.
@@ -181,7 +185,8 @@ fn displacement(
     (driver - (p - at.centre) * e.follower_scale, turn)
 }
 
-fn effect(at: &Configuration, point: Vector3<f64>, e: &Deviation) -> Option<Effect> {
+/// The effect of `e` at `at`; `None` where the follower cannot answer.
+pub(super) fn effect(at: &Configuration, point: Vector3<f64>, e: &Deviation) -> Option<Effect> {
     let columns = play::columns(at);
     let pushes: Vec<f64> = at
         .contacts
@@ -189,6 +194,10 @@ fn effect(at: &Configuration, point: Vector3<f64>, e: &Deviation) -> Option<Effe
         .map(|c| c.n.dot(&displacement(at, c.p, e).0))
         .collect();
     let (xi, interference) = follow(&columns, &pushes)?;
+    let losses = columns.iter().zip(&pushes);
+    let losses = losses
+        .map(|(column, push)| push - column.dot(&xi))
+        .collect();
     let (shift, turn) = play::motion(at, &xi);
     let centre = at.centre + shift;
 
@@ -213,6 +222,7 @@ fn effect(at: &Configuration, point: Vector3<f64>, e: &Deviation) -> Option<Effe
         turn,
         point: shift + turn.cross(&(point - at.centre)),
         interference,
+        losses,
     })
 }
 

@@ -6,7 +6,7 @@ use super::contacts::Configuration;
 use super::settings::Load;
 
 /// Standard gravity, m/s² (N per kg).
-const GRAVITY: f64 = 9.80665;
+pub const GRAVITY: f64 = 9.80665;
 
 /// Weight of one kilogram, N, which is the acceleration of gravity, m/s²; in Σ.
 pub fn gravity(load: &Load) -> Vector3<f64> {

@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 use crate::{Problem, Problems};
 
 /// Parsed TOML that remembers where its fields are.
-pub(super) struct Document<'t> {
+pub(crate) struct Document<'t> {
     text: &'t str,
     spans: DeTable<'t>,
     /// The same as plain values.
@@ -16,7 +16,7 @@ pub(super) struct Document<'t> {
 
 impl<'t> Document<'t> {
     /// Parses `text`.
-    pub(super) fn parse(text: &'t str) -> Result<Document<'t>, Problem> {
+    pub(crate) fn parse(text: &'t str) -> Result<Document<'t>, Problem> {
         let broken = |e: &toml::de::Error| {
             let at = e.span().map_or(0, |span| span.start);
             let message = e.message().lines().collect::<Vec<_>>().join("; ");
@@ -33,7 +33,7 @@ impl<'t> Document<'t> {
 
     /// Puts the line in front of places such as `gear.teeth` or `motion.axis[1]` that are in the
     /// file, and sorts the problems by it.
-    pub(super) fn locate(&self, problems: &mut Problems) {
+    pub(crate) fn locate(&self, problems: &mut Problems) {
         let problems = problems.first_mut();
         problems.sort_by_cached_key(|problem| self.line_of(&problem.place));
         for problem in problems {
@@ -68,7 +68,7 @@ impl<'t> Document<'t> {
 }
 
 /// A key as a TOML file has it: in quotes if need be.
-pub(super) fn as_key(name: &str) -> Cow<'_, str> {
+pub(crate) fn as_key(name: &str) -> Cow<'_, str> {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     match !name.is_empty() && name.chars().all(bare) {
         true => Cow::Borrowed(name),
@@ -82,7 +82,7 @@ fn line(text: &str, offset: usize) -> usize {
 }
 
 /// Adds a problem for every field of `table` that is not among `known`.
-pub(super) fn unknown_fields(
+pub(crate) fn unknown_fields(
     path: &str,
     table: &toml::Table,
     known: &[&str],
@@ -107,7 +107,7 @@ pub(super) fn unknown_fields(
 const LONGEST_WORD: usize = 100;
 
 /// The most similar of `known`, if similar at all.
-pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+pub(crate) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     // Comparing takes as long as both lengths multiplied.
     if word.len() > LONGEST_WORD {
         return None;

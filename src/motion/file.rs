@@ -8,15 +8,15 @@ use serde::Deserialize;
 use serde::de::IntoDeserializer;
 
 use super::document::{Document, nearest, unknown_fields};
-use super::{Class, Motion, MotionSource, source};
+use super::{Change, Class, Motion, MotionSource, source};
 use crate::settings::Settings;
 use crate::{Error, Problem, Problems, Result};
 
 /// Larger files of numbers are refused before they are read.
-pub(super) const MAX_BYTES: u64 = 50_000_000;
+pub(crate) const MAX_BYTES: u64 = 50_000_000;
 
 /// Larger motion files are: TOML takes some hundred times its size in memory.
-const MAX_TOML_BYTES: u64 = 4_000_000;
+pub(crate) const MAX_TOML_BYTES: u64 = 4_000_000;
 
 /// A motion file: what to do, and with which settings.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,9 +47,17 @@ impl MotionFile {
     /// # Errors
     /// [`Error::Io`] if the file cannot be read, [`Error::Input`] if it is no good.
     pub fn read_draft(path: &Path) -> Result<(MotionFile, Result<Motion>)> {
+        MotionFile::read_changed(path, &[])
+    }
+
+    /// Like [`MotionFile::read_draft`], of a file in which `changes` are made first.
+    ///
+    /// # Errors
+    /// As there; changes that cannot be made are problems of their fields.
+    pub fn read_changed(path: &Path, changes: &[Change]) -> Result<(MotionFile, Result<Motion>)> {
         let text = read_text(path, MAX_TOML_BYTES)?;
         let folder = path.parent().unwrap_or(Path::new("."));
-        MotionFile::understand(&text, path, folder)
+        MotionFile::understand(&text, path, folder, changes)
     }
 
     /// Checks the `text` of a motion file; `path` is what errors call it, files it refers to are
@@ -59,15 +67,23 @@ impl MotionFile {
     /// [`Error::Input`] with all problems found, [`Error::Infeasible`] if all is well but the
     /// motion cannot be that of a gear, [`Error::Io`] if a file it refers to cannot be read.
     pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<(MotionFile, Motion)> {
-        let (file, motion) = MotionFile::understand(text, path, folder)?;
+        let (file, motion) = MotionFile::understand(text, path, folder, &[])?;
         Ok((file, motion?))
     }
 
-    fn understand(text: &str, path: &Path, folder: &Path) -> Result<(MotionFile, Result<Motion>)> {
-        let document =
+    fn understand(
+        text: &str,
+        path: &Path,
+        folder: &Path,
+        changes: &[Change],
+    ) -> Result<(MotionFile, Result<Motion>)> {
+        let mut document =
             Document::parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
-        let table = &document.table;
         let mut problems = Problems::default();
+        for change in changes {
+            problems.extend(change.apply(&mut document.table).err());
+        }
+        let table = &document.table;
         unknown_fields("", table, &TABLES, &mut problems);
         let name = name(table, path, &mut problems);
         let class = class(table, &mut problems);
@@ -109,7 +125,7 @@ const TABLES: [&str; 10] = [
 ];
 
 /// Reads a text file of at most `most` bytes.
-pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
+pub(crate) fn read_text(path: &Path, most: u64) -> Result<String> {
     let file = File::open(path).map_err(Error::io(path))?;
     let size = file.metadata().map_err(Error::io(path))?.len();
     let refuse = |what: String, hint: &str| {

@@ -1,12 +1,13 @@
 //! Periodic rigid-body motions M²(φ) of the follower, with exact first and second derivatives.
 
+mod change;
 mod checks;
 mod class;
 mod csv_numbers;
 mod derivative;
-mod document;
+pub(crate) mod document;
 mod expression;
-mod file;
+pub(crate) mod file;
 mod formula;
 mod hub;
 mod jet;
@@ -19,6 +20,7 @@ mod starter;
 pub mod survey;
 mod table;
 
+pub use change::Change;
 pub use class::Class;
 pub use file::{MotionFile, unusable_name};
 pub use formula::Formula;

@@ -1,0 +1,84 @@
+"""What the user sees while a study runs."""
+
+import sys
+import time
+from typing import Any
+
+from mpcgear_explore import ranking
+from mpcgear_explore.study import Study
+from mpcgear_explore.tables import Results
+
+_EVERY_S = 5.0
+_LOOK_S = 2.0
+
+
+class Lines:
+    """Lines on standard error: on a terminal the last one is replaced, elsewhere a line every few seconds."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self._is_terminal = sys.stderr.isatty()
+        self._started = time.monotonic()
+        self._last = -_EVERY_S
+        self._kind = ""
+
+    def tell(self, text: str) -> None:
+        """Shows where the study is."""
+        now = time.monotonic() - self._started
+        kind = text.split(" ", 1)[0]
+        if self._quiet or (not self._is_terminal and kind == self._kind and now - self._last < _EVERY_S):
+            return
+        end = "\x1b[K\r" if self._is_terminal and kind == "drafts" else "\n"
+        print(f"{now:7.1f} s  {text}", end=end, file=sys.stderr, flush=True)
+        self._last, self._kind = now, kind
+
+
+def state(study: Study, results: Results) -> str:
+    """Where a study is, in one line."""
+    drafts, designs = results.rungs[0], [r for rung in results.rungs[1:] for r in rung]
+    of = f" of {study.trials}" if study.trials else ""
+    holding = sum(r.holds(study.constraints) for r in designs)
+    front = len(ranking.pareto(study, results.final))
+    return (
+        f"drafts {len(drafts)}{of} ({sum(r.is_gear for r in drafts)} gears), designs {len(designs)} "
+        f"({holding} work and keep all constraints), {front} on the front, {results.failed} poisoned"
+    )
+
+
+def is_done(study: Study) -> bool:
+    """Whether the report is newer than the last trial: it is written at the end of a run."""
+    report, database = study.folder / "report.html", study.folder / "study.db"
+    return report.is_file() and report.stat().st_mtime >= database.stat().st_mtime
+
+
+def watch(study: Study, lines: Lines) -> int:
+    """Shows where a study is until its run ends. Returns the exit code."""
+    told = ""
+    try:
+        while True:
+            text = state(study, Results.read(study))
+            if text != told:
+                lines.tell(text)
+                told = text
+            if is_done(study):
+                return 0
+            time.sleep(_LOOK_S)
+    except KeyboardInterrupt:
+        return 0
+
+
+def picks(study: Study, results: Results) -> list[dict[str, Any]]:
+    """The picked designs: folder, reason, objectives, tolerances."""
+    made = []
+    for pick in ranking.picks(study, results.final):
+        record = results.final[pick.index]
+        made.append(
+            {
+                "folder": str(study.into / record.key),
+                "why": pick.why,
+                "set": dict(record.set),
+                "figures": dict(record.figures),
+                "tolerances": results.tolerances.get(record.key),
+            }
+        )
+    return made

@@ -1,0 +1,100 @@
+"""A scheduler and two workers as processes of their own: one worker is killed, then the driver."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from conftest import FAKE, MakeStudy
+
+LONGEST_S = 60.0
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+def until(holds: Callable[[], bool]) -> None:
+    end = time.monotonic() + LONGEST_S
+    while not holds():
+        assert time.monotonic() < end, "took too long"
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[bytes]]]:
+    """Starts processes in groups of their own; they are ended with the test."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def one(*arguments: str) -> subprocess.Popen[bytes]:
+        with (tmp_path / "output").open("ab") as output:
+            process = subprocess.Popen(
+                [sys.executable, "-m", *arguments],
+                start_new_session=True,
+                stdout=output,
+                stderr=output,
+                cwd=tmp_path,
+            )
+        started.append(process)
+        return process
+
+    yield one
+    for process in started:
+        kill(process)
+
+
+def kill(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def test_nothing_is_lost_and_nothing_computed_twice(
+    make_study: MakeStudy,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    start: Callable[..., subprocess.Popen[bytes]],
+) -> None:
+    folder, log = make_study(), tmp_path / "log"
+    monkeypatch.setenv("FAKE_LOG", str(log))
+    monkeypatch.setenv("FAKE_SECONDS", "0.3")
+    address = f"tcp://127.0.0.1:{free_port()}"
+    common = ["--host", "127.0.0.1", "--port", address.rsplit(":", 1)[1], "--no-dashboard"]
+    start("distributed.cli.dask_scheduler", *common)
+    worker = ["distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    first, _second = start(*worker), start(*worker)
+    run = ["mpcgear_explore", "run", str(folder), "--binary", str(FAKE), "--scheduler", address]
+
+    def count(word: str) -> int:
+        return log.read_text().count(word) if log.exists() else 0
+
+    driver = start(*run)
+    until(lambda: count("done") >= 4)
+    kill(first)
+    after_worker = count("done")
+    until(lambda: count("done") >= after_worker + 3)
+    kill(driver)
+    # What the workers still have in hand comes to its end without a driver.
+    driver = start(*run)
+    until(lambda: driver.poll() is not None)
+    assert driver.returncode == 0, (tmp_path / "output").read_text()
+
+    lines = [line.split() for line in log.read_text().splitlines()]
+    done = Counter(key for word, key in lines if word == "done")
+    begun = Counter(key for word, key in lines if word == "begun")
+    assert max(done.values()) == 1, "nothing is computed twice"
+    # Only what the killed worker had in hand was begun again.
+    assert sum(begun.values()) - sum(done.values()) <= 1
+    assert set(begun) == set(done), "nothing is lost"
+    table = pd.read_parquet(folder / "study.parquet")
+    assert set(table.key) == set(done)
+    assert (table.rung == 0).sum() + 2 >= 20 and (table.rung == 1).sum() == 5
