@@ -69,6 +69,16 @@ function section_arc(radius, centre, angles, fineness) =
 // A station is [point, n, b]: where the section stands and how it is turned. Stations follow each
 // other in the direction n x b.
 
+// Stations from rows [x, y, z, turn]: the three numbers of a turn are its axis times its angle, and it takes
+// x to n and y to b.
+function turned(rows) =
+    [for (r = rows)
+        let (turn = [r[3], r[4], r[5]], angle = norm(turn), k = angle == 0 ? [0, 0, 1] : turn / angle,
+             c = cos(angle), s = sin(angle))
+        [[r[0], r[1], r[2]],
+         c * [1, 0, 0] + s * [0, k.z, -k.y] + (1 - c) * k.x * k,
+         c * [0, 1, 0] + s * [-k.z, 0, k.x] + (1 - c) * k.y * k]];
+
 // `count` stations of a list, evenly chosen, both ends included.
 function thin(stations, count) =
     let (last = len(stations) - 1, steps = min(count - 1, last))
@@ -293,6 +303,29 @@ function bearing_size(name) =
     name == "688" ? [8, 16, 5] : name == "608" ? [8, 22, 7] : [0, 0, 0];
 
 // ---- Printing ------------------------------------------------------------------------------
+
+// Children in a row along y (along = 1) or x (along = 0), `gap` apart and centred across; `corners` are
+// the rectangles [[x, y], [x, y]] that hold them.
+module side_by_side(corners, along = 1, gap = 5) {
+    across = 1 - along;
+    for (i = [0 : $children - 1])
+        let (
+            before = [for (k = [0 : 1 : i - 1]) corners[k][1][along] - corners[k][0][along] + gap],
+            to = sum(before) - corners[i][0][along],
+            middle = -(corners[i][0][across] + corners[i][1][across]) / 2
+        )
+        translate(along == 0 ? [to, middle, 0] : [middle, to, 0]) children(i);
+}
+
+// The rectangle that holds what side_by_side() makes along y.
+function row_corners(corners, gap = 5) =
+    let (
+        width = max([for (c = corners) c[1].x - c[0].x]),
+        depth = sum([for (c = corners) c[1].y - c[0].y + gap]) - gap
+    )
+    len(corners) == 1 ? corners[0] : [[-width / 2, 0], [width / 2, depth]];
+
+function sum(list) = len(list) == 0 ? 0 : list * [for (x = list) 1];
 
 // Pulls the first layers of what lies on z = 0 in by `amount`, against an elephant's foot.
 module pull_in_foot(amount) {

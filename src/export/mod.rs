@@ -22,6 +22,7 @@ pub mod report;
 mod scad_bed;
 mod scad_csg;
 mod scad_customizer;
+mod scad_part;
 mod scad_sets;
 mod scad_teeth;
 mod stations;
