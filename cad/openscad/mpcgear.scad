@@ -221,12 +221,30 @@ module upright(up) {
 // Refuses a value outside its range.
 module check(name, value, least, most) {
     assert(value >= least && value <= most,
-           str(name, " = ", value, " is out of range: ", least, " to ", most, " mm"));
+           str(name, " = ", value, " is out of range: ", least, " to ", most));
 }
 
-// Refuses a word that is none of `choices`.
+// Refuses another value than what teeth and motion dictate.
+module dictated(name, value, only) {
+    assert(abs(value - only) < 0.00005, str(name, " = ", value, " cannot be chosen: teeth and motion dictate ", only));
+}
+
+// Tells that a value which was changed does nothing.
+module unused(name, value, default, used, reason) {
+    if (!used && value != default) echo(str("NOTE: ", name, " = ", value, " does nothing: ", reason));
+}
+
+// Tells which of some values, [name, whether it is undefined], were given to the wrong file.
+module elsewhere(file, values) {
+    for (v = values) if (!v[1]) echo(str("NOTE: ", v[0], " does nothing here: it is a parameter of ", file));
+}
+
+// A limit as it is told: rounded down to 0.001.
+function shown(value) = floor(value * 1000 + 0.0001) / 1000;
+
+// Refuses a word that is none of `choices`. Newer Customizers make numbers of words like "608".
 module check_choice(name, value, choices) {
-    assert(len([for (c = choices) if (c == value) c]) > 0,
+    assert(len([for (c = choices) if (c == str(value)) c]) > 0,
            str(name, " = \"", value, "\" must be one of ", choices));
 }
 
@@ -277,6 +295,17 @@ function bore_reach(bore, keyway) =
     bore[0] == "none" ? 0 :
     keyway ? norm([keyway_size(bore[4]).x / 2, bore[1] / 2 + keyway_size(bore[4]).y]) : radius;
 
+// Largest diameter of the shaft with which a bore of this kind stays within room[0] from the axis, and
+// within room[1] towards +x.
+function bore_limit(bore, room, fit, keyway) =
+    let (
+        shrink = bore[0] == "hexagon" ? cos(30) : 1,
+        flat = bore[0] == "d_shape" ? bore[2] : 0,
+        keyed = [for (d = [6 : 0.05 : 44])
+            if (norm([keyway_size(d).x / 2, d / 2 + fit + keyway_size(d).y]) <= min(room)) d]
+    )
+    keyway ? (len(keyed) > 0 ? max(keyed) : 0) : 2 * (shrink * min(room[0], room[1] + flat) - fit);
+
 // Distance from the axis that a bore reaches towards +x, where the flat of a D is.
 function bore_reach_x(bore, keyway) =
     bore[0] == "d_shape" ? bore[1] / 2 - bore[2] : bore_reach(bore, keyway);
@@ -299,8 +328,9 @@ module set_screw_hole(name, z, inner, outer, top) {
 
 // Bore, outer diameter and width of small ball bearings, mm.
 function bearing_size(name) =
-    name == "MR84" ? [4, 8, 3] : name == "MR105" ? [5, 10, 4] : name == "MR126" ? [6, 12, 4] :
-    name == "688" ? [8, 16, 5] : name == "608" ? [8, 22, 7] : [0, 0, 0];
+    let (n = str(name))
+    n == "MR84" ? [4, 8, 3] : n == "MR105" ? [5, 10, 4] : n == "MR126" ? [6, 12, 4] :
+    n == "688" ? [8, 16, 5] : n == "608" ? [8, 22, 7] : [0, 0, 0];
 
 // ---- Printing ------------------------------------------------------------------------------
 

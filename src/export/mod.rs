@@ -22,6 +22,8 @@ pub mod report;
 mod scad_bed;
 mod scad_csg;
 mod scad_customizer;
+mod scad_options;
+pub mod scad_parameters;
 mod scad_part;
 mod scad_sets;
 mod scad_teeth;

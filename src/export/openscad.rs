@@ -5,6 +5,8 @@ use serde::Serialize;
 
 use super::scad_csg;
 use super::scad_customizer::{Entry, Group, Spokes, fixed, groups, tooth_group, used_parameters};
+use super::scad_options::Options;
+use super::scad_parameters::{self, Parameter};
 use super::scad_part::{Part, part};
 use super::scad_teeth::number;
 use super::template::render;
@@ -47,16 +49,7 @@ pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
         .map(|body| part(source, recipe, body))
         .collect();
     let mut parts = parts?;
-    let mut scripts = Vec::new();
-    for (body, part) in recipe.bodies.iter().zip(&parts) {
-        let (body, part) = (std::slice::from_ref(body), std::slice::from_ref(part));
-        let name = &body[0].name;
-        let page = Page::new(source, recipe, body, part, &format!("the {name}"));
-        scripts.push(Script {
-            name: format!("{name}.scad"),
-            text: render("part.scad", page)?,
-        });
-    }
+    let mut scripts = bodies(source, recipe, &parts)?;
     let poses = tables::poses(source.motion, POSES);
     let poses: Vec<String> = poses.iter().map(pose_line).collect();
     let whole = |template: &str, parts: &[Part], what: &str| {
@@ -85,6 +78,56 @@ pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
     Ok(scripts)
 }
 
+/// One script per body. Each knows the parameters of the others, so that it can tell who gives it one.
+fn bodies(source: &Source, recipe: &Recipe, parts: &[Part]) -> Result<Vec<Script>> {
+    let write = |body: &Body, part: &Part, others: Vec<Elsewhere>| {
+        let name = &body.name;
+        let (body, part) = (std::slice::from_ref(body), std::slice::from_ref(part));
+        let page = Page {
+            others,
+            ..Page::new(source, recipe, body, part, &format!("the {name}"))
+        };
+        Ok(Script {
+            name: format!("{name}.scad"),
+            text: render("part.scad", page)?,
+        })
+    };
+    let pairs = recipe.bodies.iter().zip(parts);
+    let alone: Result<Vec<Script>> = pairs.map(|(b, p)| write(b, p, Vec::new())).collect();
+    let alone = alone?;
+    let text = |i: usize| alone.get(i).map_or("", |script| &script.text);
+    let known: Vec<_> = alone
+        .iter()
+        .map(|s| scad_parameters::read(&s.text))
+        .collect();
+    let mut scripts = Vec::new();
+    for (i, (body, part)) in recipe.bodies.iter().zip(parts).enumerate() {
+        let has = |name: &str| text(i).contains(&format!("\n{name} = "));
+        scripts.push(write(body, part, elsewhere(recipe, &known, has))?);
+    }
+    Ok(scripts)
+}
+
+/// The parameters of the bodies' scripts that the script which `has` some names does not have, by file.
+fn elsewhere(
+    recipe: &Recipe,
+    known: &[Vec<Parameter>],
+    has: impl Fn(&str) -> bool,
+) -> Vec<Elsewhere> {
+    let mut files: Vec<Elsewhere> = Vec::new();
+    for (body, list) in recipe.bodies.iter().zip(known) {
+        let new = |name: &&String| !has(name) && !files.iter().any(|f| f.names.contains(*name));
+        let names: Vec<String> = list.iter().map(|p| &p.name).filter(new).cloned().collect();
+        if !names.is_empty() {
+            files.push(Elsewhere {
+                file: format!("{}.scad", body.name),
+                names,
+            });
+        }
+    }
+    files
+}
+
 /// With `?` for what some sites refuse. Only comments have such letters: names that people gave.
 fn ascii(text: &str) -> String {
     let plain = |c: char| if c.is_ascii() { c } else { '?' };
@@ -106,8 +149,19 @@ struct Page<'a> {
     has_teeth: bool,
     spokes: Option<Spokes>,
     bodies: &'a [Part],
+    /// What there is room for.
+    offered: Options,
+    /// Parameters of the other files.
+    others: Vec<Elsewhere>,
     library: &'static str,
     poses: Vec<String>,
+}
+
+/// Parameters that another file has.
+#[derive(Serialize)]
+struct Elsewhere {
+    file: String,
+    names: Vec<String>,
 }
 
 /// A named expression.
@@ -154,6 +208,8 @@ impl<'a> Page<'a> {
             has_teeth,
             spokes: has_teeth.then(|| Spokes::of(source.design)),
             bodies: parts,
+            offered: Options::of(recipe),
+            others: Vec::new(),
             library: library(),
             poses: Vec::new(),
         }

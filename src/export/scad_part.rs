@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::Source;
 use super::scad_bed;
 use super::scad_csg::{self, Module};
+use super::scad_options::Options;
 use super::scad_teeth::{self, Teeth, number};
 use crate::motion::Class;
 use crate::solid::expression::Values;
@@ -41,6 +42,8 @@ struct TeethPart {
     /// Calls that make all beads, and all ribs, of as few polyhedra as may be.
     beads: String,
     ribs: String,
+    /// Whether discs can be wider than the smallest hub.
+    webs: bool,
     /// Parameter with the hub's radius, its smallest and its largest value.
     hub: String,
     smallest: String,
@@ -81,6 +84,7 @@ pub(super) fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part
             let range = range.ok_or_else(|| Error::Internal(format!("no parameter `{hub}`")))?;
             let bands: Vec<String> = teeth.bands.iter().map(|&z| number(z, 4)).collect();
             Some(TeethPart {
+                webs: range.max - range.min > NARROWEST_WEB,
                 smallest: number(range.min, 4),
                 free: number(range.max, 4),
                 hub,
@@ -133,7 +137,7 @@ pub(super) fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part
     Ok(Part {
         name: body.name.clone(),
         colour: super::threemf::colour(&body.name),
-        options: options(source, &body.name),
+        options: options(source, recipe, &body.name),
         tree: scad_csg::tree(&steps),
         modules,
         teeth,
@@ -141,6 +145,9 @@ pub(super) fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part
         pose: (body.name == "follower").then(|| pose(source)),
     })
 }
+
+/// Least width of a disc between the ribs, mm.
+const NARROWEST_WEB: f64 = 0.5;
 
 /// The rectangle that holds a body which is printed whole, as it was built: teeth and hub only become
 /// smaller by the parameters.
@@ -197,11 +204,13 @@ fn shells(what: &str, apart: &[Vec<usize>]) -> String {
     )
 }
 
-fn options(source: &Source, body: &str) -> Option<&'static str> {
+/// The template of the options that `body` has room for.
+fn options(source: &Source, recipe: &Recipe, body: &str) -> Option<&'static str> {
+    let offered = Options::of(recipe);
     match body {
-        "driver" => Some("options_driver"),
+        "driver" => offered.shaft.map(|_| "options_driver"),
         // The mount of 1R has the pocket of the pin's cap where a boss would stand.
-        "follower" if source.design.class != Class::R1 => Some("options_follower"),
+        "follower" if source.design.class != Class::R1 => offered.boss.map(|_| "options_follower"),
         "support" => Some("options_support"),
         _ => None,
     }

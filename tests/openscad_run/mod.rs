@@ -94,6 +94,23 @@ impl Run {
         self
     }
 
+    /// What OpenSCAD says when it only evaluates the script, and the notes of the script among it.
+    #[allow(dead_code)]
+    pub fn evaluated(self) -> (String, Vec<String>) {
+        let output = Command::new("openscad")
+            .args(["--hardwarnings", "-o"])
+            .arg(self.script.with_extension("evaluated.csg"))
+            .args(&self.arguments)
+            .arg(&self.script)
+            .output()
+            .expect("openscad runs");
+        let log = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{log}");
+        let notes = log.lines().filter(|line| line.starts_with("ECHO: \"NOTE"));
+        let notes = notes.map(String::from).collect();
+        (log, notes)
+    }
+
     /// Renders to STL; `label` names the file beside the script.
     pub fn stl(self, label: &str) -> Outcome {
         let stl = self.script.with_extension(format!("{label}.stl"));
