@@ -193,7 +193,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let motion = folder.path().join("my.toml");
         std::fs::write(&motion, text).expect("written");
-        let changes: Result<Vec<_>, _> = changes.iter().map(|c| Change::parse(c)).collect();
+        let changes: std::result::Result<Vec<_>, _> =
+            changes.iter().map(|c| Change::parse(c)).collect();
         let changes = changes.expect("changes");
         let trial = Trial {
             motion: &motion,
