@@ -11,7 +11,7 @@ use nalgebra::{Matrix6, Matrix6x4, RowVector4, Vector3};
 
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{Design, Station, ToothPair};
-use crate::load::contacts::{WINDOW, active_tooth, weights};
+use crate::load::contacts::{WINDOW, active_tooth, weights, window};
 use crate::motion::Motion;
 
 /// Lower bounds of min Q and min Q* over all φ.
@@ -96,9 +96,10 @@ impl<'a> Stretch<'a> {
     fn of(tooth: &'a ToothPair, phi: f64) -> Option<Stretch<'a>> {
         let stations = &tooth.stations;
         let start = stations.iter().position(|s| (s.phi - phi).abs() < SAME)?;
-        let first = start
-            .saturating_sub(WINDOW / 2 - 1)
-            .min(stations.len().checked_sub(WINDOW)?);
+        if stations.len() < WINDOW {
+            return None;
+        }
+        let first = window(start, stations.len());
         Some(Stretch {
             window: &stations[first..first + WINDOW],
             offset: start - first,

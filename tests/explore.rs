@@ -20,6 +20,9 @@ const STUDY: &str = "[variables]\n\"gear.center_distance_mm\" = { low = 24.0, hi
     [objectives]\nplastic_g = \"down\"\nq_star_min = \"up\"\n[constraints]\nheight_mm = { most = 200 }\n\
     [budget]\ntrials = 4\nkeep = 0.25\n";
 
+/// The study of such a folder.
+const EXPLORE: [&str; 5] = ["explore", "my.toml", "study.toml", "-o", "study"];
+
 /// A folder with `my.toml` and `study.toml`.
 fn folder(study: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -151,18 +154,7 @@ fn two_processes_compute_a_trial_once() {
 #[test]
 fn shards_share_the_trials_and_need_no_python() {
     let folder = folder(STUDY);
-    let shard = |part: &str| {
-        let arguments = [
-            "explore",
-            "my.toml",
-            "study.toml",
-            "-o",
-            "study",
-            "--shard",
-            part,
-        ];
-        answer(folder.path(), &arguments)
-    };
+    let shard = |part: &str| answer(folder.path(), &[&EXPLORE[..], &["--shard", part]].concat());
     let (one, two) = (shard("0/3"), shard("1/3"));
     assert_eq!((&one["trials"], &two["trials"]), (&2.into(), &1.into()));
     assert_eq!(shard("2/3")["trials"], 1);
@@ -182,8 +174,7 @@ fn a_bad_study_is_told_whole_and_leaves_nothing() {
         "[variables]\n\"gear.tooth\" = { low = 8, high = 12 }\n\"gear.teeth\" = { low = 2, high = 12 }\n\
          [objectives]\nplastik_g = \"down\"\n[budget]\nkeep = 2\n",
     );
-    let explore = ["explore", "my.toml", "study.toml", "-o", "study"];
-    let told = refused(folder.path(), &explore);
+    let told = refused(folder.path(), &EXPLORE);
     for part in [
         "study.toml: 5 problem(s)",
         "line 2",
@@ -201,15 +192,7 @@ fn a_bad_study_is_told_whole_and_leaves_nothing() {
 #[test]
 fn a_study_keeps_its_folder() {
     let folder = folder(STUDY);
-    let shard = [
-        "explore",
-        "my.toml",
-        "study.toml",
-        "-o",
-        "study",
-        "--shard",
-        "3/4",
-    ];
+    let shard = [&EXPLORE[..], &["--shard", "3/4"]].concat();
     answer(folder.path(), &shard);
     fs::write(
         folder.path().join("study.toml"),
@@ -229,8 +212,7 @@ fn a_study_keeps_its_folder() {
 #[test]
 fn a_missing_python_package_is_named_with_the_way_to_get_it() {
     let folder = folder(STUDY);
-    let explore = ["explore", "my.toml", "study.toml", "-o", "study"];
-    let output = mpcgear(folder.path(), &explore)
+    let output = mpcgear(folder.path(), &EXPLORE)
         .env("MPCGEAR_PYTHON", "no-such-python")
         .output()
         .unwrap();
@@ -298,16 +280,7 @@ fn packages() -> PathBuf {
 fn a_study_ends_with_designs_that_are_proved_and_a_report() {
     let Some(python) = python() else { return };
     let folder = folder(STUDY);
-    let explore = [
-        "--json",
-        "explore",
-        "my.toml",
-        "study.toml",
-        "-o",
-        "study",
-        "--workers",
-        "2",
-    ];
+    let explore = [&["--json"], &EXPLORE[..], &["--workers", "2"]].concat();
     let output = mpcgear(folder.path(), &explore)
         .env("MPCGEAR_PYTHON", python)
         .env("PYTHONPATH", packages())

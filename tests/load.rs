@@ -5,10 +5,11 @@ mod known;
 use approx::assert_relative_eq;
 use known::{Helical, PITCH, design, involute, motion, revolute, spherical};
 use mpcgear::closure;
+use mpcgear::design::Design;
 use mpcgear::load::contacts::Configuration;
 use mpcgear::load::hertz::{effective_modulus, patch};
 use mpcgear::load::{ExtraLoad, Load, Material, PayloadLimit, Sampling, analyse, sensitivity};
-use mpcgear::motion::Class;
+use mpcgear::motion::{Class, Motion};
 use nalgebra::Vector3;
 
 fn torque_load(torque: f64) -> Load {
@@ -45,19 +46,25 @@ fn busy_load() -> Load {
     }
 }
 
-#[test]
-fn helical_gears_on_parallel_shafts_have_textbook_forces() {
-    let helical = |side: f64, z0: f64| Helical {
+fn helical(side: f64, z0: f64) -> Helical {
+    Helical {
         alpha: 0.45,
         side,
         z0,
         travel: 14.0,
-    };
+    }
+}
+
+/// Two helical bands of opposite side on parallel shafts, and their motion.
+fn helical_pair() -> (Design, Motion) {
     let m = motion(Class::R1);
-    let pair = design(
-        Class::R1,
-        vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)],
-    );
+    let bands = vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)];
+    (design(Class::R1, bands), m)
+}
+
+#[test]
+fn helical_gears_on_parallel_shafts_have_textbook_forces() {
+    let (pair, m) = helical_pair();
     let torque = 750.0;
     let report = analyse(&pair, &m, &torque_load(torque), sampling(97)).unwrap();
     let helix = (PITCH / helical(1.0, 0.0).axial_speed()).atan();
@@ -449,17 +456,7 @@ fn the_table_over_the_angle_says_what_the_samples_say() {
 #[test]
 fn gears_made_within_the_tolerances_work_until_these_are_as_large_as_the_gap() {
     use mpcgear::load::tolerances::{Draws, spread};
-    let helical = |side: f64, z0: f64| Helical {
-        alpha: 0.45,
-        side,
-        z0,
-        travel: 14.0,
-    };
-    let m = motion(Class::R1);
-    let pair = design(
-        Class::R1,
-        vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)],
-    );
+    let (pair, m) = helical_pair();
     let with = |factor: f64, seed: u64| {
         let load = Load {
             center_distance_error_mm: 0.1 * factor,
@@ -487,17 +484,7 @@ fn gears_made_within_the_tolerances_work_until_these_are_as_large_as_the_gap() {
 
 #[test]
 fn contacts_flatten_with_the_cube_root_of_the_square_of_the_load() {
-    let helical = |side: f64, z0: f64| Helical {
-        alpha: 0.45,
-        side,
-        z0,
-        travel: 14.0,
-    };
-    let m = motion(Class::R1);
-    let pair = design(
-        Class::R1,
-        vec![helical(1.0, 10.0).band(&m), helical(-1.0, 26.0).band(&m)],
-    );
+    let (pair, m) = helical_pair();
     let with = |mass_g: f64| {
         let load = Load {
             mass_g,

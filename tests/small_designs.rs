@@ -202,7 +202,7 @@ fn spherical_and_sliding() {
 #[test]
 fn weak_holds_get_more_bands() {
     let best = |least_hold: f64| {
-        let (given, motion) = motion_file("3R1T", LIFTED, (0.03, least_hold));
+        let (given, motion) = motion_file("3R1T", LIFTED, (0.05, least_hold));
         let found = search::run(&motion, &given.settings, &mut |_| ControlFlow::Continue(()));
         let found = found.expect("bands");
         assert_eq!(found.is_weak, found.hold() < least_hold.max(0.02));
@@ -210,7 +210,7 @@ fn weak_holds_get_more_bands() {
     };
     let ((few, weak), (more, strong)) = (best(0.0), best(1.0));
     assert!(more > few, "{few} bands, then {more}");
-    assert!(strong > weak, "{weak}, then {strong}");
+    assert!(strong > 1.05 * weak, "{weak}, then {strong}");
 }
 
 /// A cone of 20 degrees is too much for teeth of these sizes: what is said to work instead does.

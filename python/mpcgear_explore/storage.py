@@ -92,11 +92,14 @@ def _record(trial: FrozenTrial) -> Record | None:
     return None if raw is None else Record.parse(raw)
 
 
+def _running(opened: optuna.Study, number: int) -> FrozenTrial:
+    trials = opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,))
+    return next(trial for trial in trials if trial.number == number)
+
+
 def finish(study: Study, opened: optuna.Study, number: int, record: Record) -> None:
     """Tells Optuna what came of a running trial."""
-    trial = next(
-        t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number
-    )
+    trial = _running(opened, number)
     storage = opened._storage
     storage.set_trial_user_attr(trial._trial_id, RECORD, asdict(record))
     live = optuna.trial.Trial(opened, trial._trial_id)
@@ -107,9 +110,7 @@ def finish(study: Study, opened: optuna.Study, number: int, record: Record) -> N
 
 def fail(opened: optuna.Study, number: int, reason: str) -> None:
     """Records a trial that cannot be computed; it is not tried again."""
-    trial = next(
-        t for t in opened.get_trials(deepcopy=False, states=(TrialState.RUNNING,)) if t.number == number
-    )
+    trial = _running(opened, number)
     opened._storage.set_trial_user_attr(trial._trial_id, FAILED, reason)
     opened.tell(number, state=TrialState.FAIL)
 

@@ -41,15 +41,11 @@ class Request:
 
 def compute(request: Request) -> dict[str, Any]:
     """The record of a trial, computed or found. Raises StudyStopped."""
-    return _answer(request.command())
+    return ask(request.command())
 
 
 def ask(command: list[str]) -> dict[str, Any]:
-    """What the program answers to another command with `--json`. Raises StudyStopped."""
-    return _answer(command)
-
-
-def _answer(command: list[str]) -> dict[str, Any]:
+    """What the program answers to a command with `--json`. Raises StudyStopped."""
     for _ in range(RETRIES + 1):
         done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
         if done.returncode == 0:

@@ -144,6 +144,12 @@ pub(crate) fn weights(x: f64) -> [[f64; WINDOW]; 3] {
     std::array::from_fn(|order| all.map(|of_node| of_node[order]))
 }
 
+/// First of the [`WINDOW`] stations around the stretch that begins at `station`, of `count` stations, which
+/// are at least as many.
+pub(crate) fn window(station: usize, count: usize) -> usize {
+    station.saturating_sub(WINDOW / 2 - 1).min(count - WINDOW)
+}
+
 fn contact(
     tooth: &ToothPair,
     phi: f64,
@@ -156,8 +162,7 @@ fn contact(
     }
     let step = (tooth.phi_end - tooth.phi_start) / (count - 1) as f64;
     let x = (phi - tooth.phi_start) / step;
-    let first = (x.floor() as isize - (WINDOW as isize / 2 - 1)).clamp(0, (count - WINDOW) as isize)
-        as usize;
+    let first = window(x.max(0.0) as usize, count);
     let w = weights(x - first as f64);
     let stations = &tooth.stations[first..first + WINDOW];
     let blend = |order: usize, get: &dyn Fn(usize) -> Vector3<f64>| {

@@ -225,30 +225,25 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
     let normals: Vec<_> = at.contacts.iter().map(|c| c.n).collect();
     let play = play::play(at, design.section.clearance, unit.point, &total).ok_or_else(open)?;
     let modulus = hertz::effective_modulus(load.driver_material, load.follower_material);
-    let patches = at.contacts.iter().zip(&balance.forces);
-    let work = patches
-        .filter(|(_, force)| **force > 0.0)
-        .try_fold(0.0, |sum, (c, &force)| {
-            let patch = hertz::patch(hertz::relative_curvatures(c), force, modulus)?;
-            Some(sum + force * patch.approach)
-        });
-    let weight = mass * wrench::GRAVITY;
-    let contacts = at
-        .contacts
-        .iter()
-        .zip(&balance.forces)
-        .map(|(c, &force)| ContactLoad {
+    // Work done on the contacts that bear something, as they flatten.
+    let mut work = Some(0.0);
+    let mut contacts = Vec::with_capacity(at.contacts.len());
+    for (c, &force) in at.contacts.iter().zip(&balance.forces) {
+        let mut pressure = Some(0.0);
+        if force > 0.0 {
+            let patch = hertz::patch(hertz::relative_curvatures(c), force, modulus);
+            pressure = patch.map(|p| p.pressure);
+            work = work.zip(patch).map(|(sum, p)| sum + force * p.approach);
+        }
+        contacts.push(ContactLoad {
             tooth: c.tooth,
             p: c.p.into(),
             n: c.n.into(),
             force,
-            pressure: if force > 0.0 {
-                hertz::patch(hertz::relative_curvatures(c), force, modulus).map(|p| p.pressure)
-            } else {
-                Some(0.0)
-            },
-        })
-        .collect();
+            pressure,
+        });
+    }
+    let weight = mass * wrench::GRAVITY;
     let (payload, payload_limit) = payload(
         load,
         (at, modulus),

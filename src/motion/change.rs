@@ -43,20 +43,6 @@ impl Change {
         Ok(change)
     }
 
-    /// The field's value in `table`; `None` where it is not there.
-    pub fn found_in<'t>(&self, table: &'t Table) -> Option<&'t Value> {
-        let steps = steps(&self.path).ok()?;
-        let (first, rest) = steps.split_first()?;
-        let mut value = table.get(first.name()?)?;
-        for step in rest {
-            value = match step {
-                Step::Field(name) => value.as_table()?.get(*name)?,
-                Step::Row(i) => value.as_array()?.get(*i)?,
-            };
-        }
-        Some(value)
-    }
-
     /// Sets the field in `table`; tables on the way are made, rows have to be there.
     ///
     /// # Errors
@@ -101,15 +87,6 @@ impl fmt::Display for Change {
 enum Step<'p> {
     Field(&'p str),
     Row(usize),
-}
-
-impl<'p> Step<'p> {
-    fn name(self) -> Option<&'p str> {
-        match self {
-            Step::Field(name) => Some(name),
-            Step::Row(_) => None,
-        }
-    }
 }
 
 /// The steps of a path such as `load.point_mm[2]`.

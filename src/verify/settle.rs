@@ -3,7 +3,7 @@
 //! and the driver stands still.
 
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
-use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
+use nalgebra::{DVector, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use super::Mechanism;
@@ -69,7 +69,7 @@ pub(super) struct Beads {
 
 impl Beads {
     /// # Errors
-    /// [`Error::Infeasible`] when a tooth folds.
+    /// [`crate::Error::Infeasible`] when a tooth folds.
     pub fn new(design: &Design) -> Result<Beads> {
         let of = |gear: Gear| -> Result<Vec<Tree>> {
             let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
@@ -116,7 +116,7 @@ pub(super) struct Pushes<'a> {
 /// Displacement of the follower from its pose: a turn about the joint centre, then a slide along z.
 #[derive(Clone, Copy)]
 struct Moved {
-    turn: Matrix3<f64>,
+    turn: Rotation3<f64>,
     slide: f64,
 }
 
@@ -169,7 +169,7 @@ impl Pushes<'_> {
 impl Moved {
     fn none() -> Moved {
         Moved {
-            turn: Matrix3::identity(),
+            turn: Rotation3::identity(),
             slide: 0.0,
         }
     }
@@ -190,7 +190,7 @@ impl Place<'_> {
     fn pose(&self, moved: &Moved) -> Pose {
         let arm = self.follower.translation - self.centre;
         Pose {
-            rotation: moved.turn * self.follower.rotation,
+            rotation: moved.turn.matrix() * self.follower.rotation,
             translation: self.centre + moved.turn * arm + Vector3::z() * moved.slide,
         }
     }
@@ -206,23 +206,25 @@ impl Place<'_> {
         let Some(mut couples) = self.start.clone() else {
             return self.rest(u, &moved, End::Met);
         };
+        // What a unit of each coordinate of span(U) moves at the lever, mm.
+        let scales = crate::load::lengths(class, 2.0 * lever);
         let mut step = STEPS[0];
         for _ in 0..MOST {
             let rows = self.rows(&couples, &moved, step);
-            let Some(way) = best_way(&rows, (u, &self.scales()), step) else {
+            let Some(way) = best_way(&rows, (u, &scales), step) else {
                 break;
             };
             let (linear, angular) = parts(class, &way);
-            let turn = Rotation3::new(angular).into_inner();
             let next = Moved {
-                turn: turn * moved.turn,
+                turn: Rotation3::new(angular) * moved.turn,
                 slide: moved.slide + linear.z,
             };
             // What the follower moves at most, anywhere.
             let size = linear.norm() + angular.norm() * self.pushes.beads.lever;
-            let gain = linear.norm() + angular.norm() * lever;
+            if linear.norm() + angular.norm() * lever < 0.1 * STEPS[1] {
+                return self.rest(u, &moved, End::Held);
+            }
             match self.follow(&couples, &next, (size, step)) {
-                _ if gain < 0.1 * STEPS[1] => return self.rest(u, &moved, End::Held),
                 Some(now) => {
                     couples = now;
                     moved = next;
@@ -242,7 +244,7 @@ impl Place<'_> {
         Rest {
             phi: self.phi,
             push: u.clone(),
-            turn: Rotation3::from_matrix_unchecked(moved.turn).angle(),
+            turn: moved.turn.angle(),
             point: self.shift(moved),
             end,
         }
@@ -255,7 +257,7 @@ impl Place<'_> {
 
     fn is_within(&self, moved: &Moved) -> bool {
         let limits = self.pushes.limits;
-        Rotation3::from_matrix_unchecked(moved.turn).angle() <= limits.turn
+        moved.turn.angle() <= limits.turn
             && self.shift(moved) <= limits.shift
             && moved.slide.abs() <= limits.shift
     }
@@ -314,14 +316,6 @@ impl Place<'_> {
             (wrench(class, q, n, centre, 1.0), closest.distance - REST)
         })
         .collect()
-    }
-
-    /// What a unit of each coordinate of span(U) moves at the lever, mm.
-    fn scales(&self) -> DVector<f64> {
-        crate::load::lengths(
-            self.pushes.mechanism.motion.class(),
-            2.0 * self.pushes.mechanism.center_distance,
-        )
     }
 }
 
