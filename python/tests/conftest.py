@@ -31,7 +31,7 @@ STUDY: dict[str, Any] = {
         {"stage": "draft", "effort": None, "keep": 1.0},
         {"stage": "design", "effort": None, "keep": 0.25},
     ],
-    "budget": {"trials": 20, "minutes": None},
+    "budget": {"trials": 8, "minutes": None},
     "limits": {"draft_s": 10.0, "design_s": 10.0, "memory_mb": 500, "threads": 1},
 }
 

@@ -64,7 +64,7 @@ def test_nothing_is_lost_and_nothing_computed_twice(
     monkeypatch: pytest.MonkeyPatch,
     start: Callable[..., subprocess.Popen[bytes]],
 ) -> None:
-    folder, log = make_study(), tmp_path / "log"
+    folder, log = make_study(budget={"trials": 20, "minutes": None}), tmp_path / "log"
     monkeypatch.setenv("FAKE_LOG", str(log))
     monkeypatch.setenv("FAKE_SECONDS", "0.3")
     address = f"tcp://127.0.0.1:{free_port()}"

@@ -25,7 +25,7 @@ def made(folder: Path) -> str:
 
 
 def test_the_page_has_everything_in_it(make_study: MakeStudy) -> None:
-    text = made(make_study(name="study", **{"seed": 5}))
+    text = made(make_study(seed=5, budget={"trials": 16, "minutes": None}))
     parser = Parser()
     parser.feed(text)
     assert parser.links == ["data:,"]
