@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use mpcgear::motion::Class;
 use openscad_bench::{Bench, Values, box_change, close, disc};
-use openscad_run::{Run, installed};
+use openscad_run::{Run, installed, manifold};
 
 #[test]
 fn spokes_taper_have_fillets_and_webs() {
@@ -124,25 +124,89 @@ fn bores_of_the_driver_are_as_large_as_they_say() {
         "NEMA 17",
     );
 
+    let round = ("bore", "\"round\"");
     for (values, words) in [
-        ([("bore", "\"round\""), ("bore_diameter", "7")], "leaves"),
+        // With the flat of 1 mm: 4 - 1 - 0.8 - 0.1 mm of radius are left.
         (
-            [("bore", "\"round\""), ("bore_diameter", "50")],
-            "out of range: 1 to 40",
+            [round, ("bore_diameter", "6")],
+            "bore_diameter from 1 to 4.2 works",
         ),
+        ([round, ("bore_diameter", "50")], "out of range: 1 to 6.2"),
         (
             [("bore", "\"oval\""), ("bore_diameter", "5")],
             "must be one of",
         ),
-        ([("bore", "\"round\""), ("keyway", "true")], "6 to 44 mm"),
         (
-            [("bore", "\"round\""), ("set_screw", "\"M3\"")],
-            "no room for the nut",
+            [("bore_preset", "\"servo_25t\""), ("shaft_flat", "1")],
+            "shaft_flat from 0.0001 to 0.15 works",
+        ),
+        // A shaft of 8 mm has no room for these.
+        (
+            [("bore_preset", "\"nema23\""), ("shaft_flat", "0.1")],
+            "must be one of",
+        ),
+        ([round, ("keyway", "true")], "larger hub.journal_radius_mm"),
+        (
+            [round, ("set_screw", "\"M3\"")],
+            "must be one of [\"none\"]",
+        ),
+        (
+            [round, ("center_distance", "30")],
+            "teeth and motion dictate 25",
         ),
     ] {
         let said = bench.refusal("driver", &values);
         assert!(said.contains(words), "{values:?}: {said}");
     }
+    for offer in ["keyway", "set_screw"] {
+        let script = std::fs::read_to_string(bench.folder.join("driver.scad")).expect("a script");
+        let shown = script.split("/* [Hidden] */").next().expect("text");
+        assert!(!shown.contains(&format!("\n{offer} = ")), "{offer}");
+    }
+}
+
+#[test]
+fn values_that_do_nothing_are_told() {
+    if !installed() {
+        return;
+    }
+    let bench = Bench::new(Class::R3, "useless");
+    let said = |body: &str, values: Values| {
+        let (log, notes) = bench.run(body, values).evaluated();
+        assert!(!log.contains("WARNING"), "{log}");
+        notes
+    };
+    for body in ["driver", "follower", "support"] {
+        assert_eq!(said(body, &[]), Vec::<String>::new(), "{body}");
+    }
+    for (body, name, value, words) in [
+        ("driver", "bore_diameter", "4", "bore is none"),
+        ("driver", "bore_fit", "0.2", "bore is none"),
+        ("driver", "elephant_foot", "0.2", "layout is not print"),
+        (
+            "driver",
+            "rib_foot_thickness",
+            "1.5",
+            "spokes is not tapered",
+        ),
+        ("driver", "feet_height", "3", "a parameter of support.scad"),
+        (
+            "support",
+            "boss_height",
+            "3",
+            "a parameter of follower.scad",
+        ),
+        ("follower", "boss_radius", "5", "boss_height is 0"),
+        ("support", "feet_radius", "3", "feet_height is 0"),
+    ] {
+        let notes = said(body, &[(name, value)]);
+        assert_eq!(notes.len(), 1, "{name}: {notes:?}");
+        assert!(
+            notes[0].contains(name) && notes[0].contains(words),
+            "{notes:?}"
+        );
+    }
+    assert!(said("driver", &[("bore", "\"round\""), ("bore_diameter", "4")]).is_empty());
 }
 
 #[test]
@@ -169,7 +233,19 @@ fn the_mount_carries_a_boss_with_bore_keyway_and_set_screw() {
         (bore, "needs a boss"),
         (
             &[("boss_radius", "15"), ("boss_height", "5")] as Values,
-            "mount_radius",
+            "boss_radius = 15 is out of range: 2 to",
+        ),
+        (
+            &[boss, narrow, &[("boss_bore_diameter", "13.8")]].concat(),
+            "boss_bore_diameter from 1 to 13.2 works",
+        ),
+        (
+            &[
+                ("boss_height", "2"),
+                narrow[0],
+                ("boss_set_screw", "\"M3\""),
+            ],
+            "boss_height from 8.25 to 30",
         ),
     ] {
         let said = bench.refusal("follower", values);
@@ -241,13 +317,9 @@ fn feet_of_a_slider_are_pulled_in() {
     let lying = ["clearance", "joint_play", "piece_fit"]
         .into_iter()
         .zip(["0.25", "0.3", "0.2"])
-        .chain([("layout", "\"print\"")])
+        .chain([("layout", "\"print\""), ("piece", "\"slider_carriage\"")])
         .filter(|(name, _)| bench.has("slider", name))
         .collect::<Vec<_>>();
-    assert!(
-        bench.has("slider", "piece"),
-        "the whole one lies on the bed, not a piece of it"
-    );
     close(
         bench.mesh("slider", &lying).bounds().0.z,
         0.0,
@@ -264,29 +336,46 @@ fn feet_of_a_slider_are_pulled_in() {
 
 #[test]
 fn every_parameter_set_works_on_every_part() {
-    if !installed() {
+    let Some(command) = manifold() else {
         return;
-    }
+    };
     let bench = Bench::new(Class::R1, "sets");
     let sets = bench.folder.join("parameters.json");
     let text = std::fs::read_to_string(&sets).expect("sets");
     let page: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let names = page["parameterSets"].as_object().expect("sets");
-    for name in ["draft", "sla", "fdm_0.4", "motor_nema17", "bearings_mr105"] {
+    for name in [
+        "draft",
+        "sla",
+        "fdm_0.4",
+        "fdm_0.6+bridge",
+        "motor_nema17",
+        "motor_nema17+fdm_0.4",
+        "bearings_mr105+sla",
+    ] {
         assert!(names.contains_key(name), "{name} is missing");
     }
+    assert!(!names.contains_key("fdm_0.4+stand"), "1R has no stand");
     for (name, values) in names {
-        assert!(
-            values
-                .as_object()
-                .expect("values")
-                .values()
-                .all(|v| v.is_string())
-        );
+        let values = values.as_object().expect("values");
+        assert!(values.values().all(|v| v.is_string()));
+        let lies = values.get("layout").is_some_and(|v| v == "print");
+        assert_eq!(name.contains("fdm") || name.contains("sla"), lies, "{name}");
+        let piece = values.get("piece").and_then(|v| v.as_str());
         for body in &bench.solids.bodies {
+            let of_body = |p: &&mpcgear::solid::assembly::PrintPiece| p.body == body.name;
+            let pieces: Vec<_> = bench.solids.pieces.iter().filter(of_body).collect();
+            let single = piece.is_some_and(|name| name != "whole");
+            if single && !pieces.iter().any(|p| Some(p.name.as_str()) == piece) {
+                continue;
+            }
+            let count = if lies && !single { pieces.len() } else { 1 };
             let script = bench.folder.join(format!("{}.scad", body.name));
-            let run = Run::new(&script).set_of(&sets, name);
-            run.stl(&format!("set-{name}")).one_closed_body();
+            let run = Run::with(&command, &script).set_of(&sets, name);
+            let made = run.stl(&format!("set-{name}")).closed_bodies(count);
+            if lies {
+                close(made.bounds().0.z, 0.0, 1e-4, name);
+            }
         }
     }
 }

@@ -69,6 +69,16 @@ function section_arc(radius, centre, angles, fineness) =
 // A station is [point, n, b]: where the section stands and how it is turned. Stations follow each
 // other in the direction n x b.
 
+// Stations from rows [x, y, z, turn]: the three numbers of a turn are its axis times its angle, and it takes
+// x to n and y to b.
+function turned(rows) =
+    [for (r = rows)
+        let (turn = [r[3], r[4], r[5]], angle = norm(turn), k = angle == 0 ? [0, 0, 1] : turn / angle,
+             c = cos(angle), s = sin(angle))
+        [[r[0], r[1], r[2]],
+         c * [1, 0, 0] + s * [0, k.z, -k.y] + (1 - c) * k.x * k,
+         c * [0, 1, 0] + s * [-k.z, 0, k.x] + (1 - c) * k.y * k]];
+
 // `count` stations of a list, evenly chosen, both ends included.
 function thin(stations, count) =
     let (last = len(stations) - 1, steps = min(count - 1, last))
@@ -211,12 +221,30 @@ module upright(up) {
 // Refuses a value outside its range.
 module check(name, value, least, most) {
     assert(value >= least && value <= most,
-           str(name, " = ", value, " is out of range: ", least, " to ", most, " mm"));
+           str(name, " = ", value, " is out of range: ", least, " to ", most));
 }
 
-// Refuses a word that is none of `choices`.
+// Refuses another value than what teeth and motion dictate.
+module dictated(name, value, only) {
+    assert(abs(value - only) < 0.00005, str(name, " = ", value, " cannot be chosen: teeth and motion dictate ", only));
+}
+
+// Tells that a value which was changed does nothing.
+module unused(name, value, default, used, reason) {
+    if (!used && value != default) echo(str("NOTE: ", name, " = ", value, " does nothing: ", reason));
+}
+
+// Tells which of some values, [name, whether it is undefined], were given to the wrong file.
+module elsewhere(file, values) {
+    for (v = values) if (!v[1]) echo(str("NOTE: ", v[0], " does nothing here: it is a parameter of ", file));
+}
+
+// A limit as it is told: rounded down to 0.001.
+function shown(value) = floor(value * 1000 + 0.0001) / 1000;
+
+// Refuses a word that is none of `choices`. Newer Customizers make numbers of words like "608".
 module check_choice(name, value, choices) {
-    assert(len([for (c = choices) if (c == value) c]) > 0,
+    assert(len([for (c = choices) if (c == str(value)) c]) > 0,
            str(name, " = \"", value, "\" must be one of ", choices));
 }
 
@@ -267,6 +295,17 @@ function bore_reach(bore, keyway) =
     bore[0] == "none" ? 0 :
     keyway ? norm([keyway_size(bore[4]).x / 2, bore[1] / 2 + keyway_size(bore[4]).y]) : radius;
 
+// Largest diameter of the shaft with which a bore of this kind stays within room[0] from the axis, and
+// within room[1] towards +x.
+function bore_limit(bore, room, fit, keyway) =
+    let (
+        shrink = bore[0] == "hexagon" ? cos(30) : 1,
+        flat = bore[0] == "d_shape" ? bore[2] : 0,
+        keyed = [for (d = [6 : 0.05 : 44])
+            if (norm([keyway_size(d).x / 2, d / 2 + fit + keyway_size(d).y]) <= min(room)) d]
+    )
+    keyway ? (len(keyed) > 0 ? max(keyed) : 0) : 2 * (shrink * min(room[0], room[1] + flat) - fit);
+
 // Distance from the axis that a bore reaches towards +x, where the flat of a D is.
 function bore_reach_x(bore, keyway) =
     bore[0] == "d_shape" ? bore[1] / 2 - bore[2] : bore_reach(bore, keyway);
@@ -289,10 +328,34 @@ module set_screw_hole(name, z, inner, outer, top) {
 
 // Bore, outer diameter and width of small ball bearings, mm.
 function bearing_size(name) =
-    name == "MR84" ? [4, 8, 3] : name == "MR105" ? [5, 10, 4] : name == "MR126" ? [6, 12, 4] :
-    name == "688" ? [8, 16, 5] : name == "608" ? [8, 22, 7] : [0, 0, 0];
+    let (n = str(name))
+    n == "MR84" ? [4, 8, 3] : n == "MR105" ? [5, 10, 4] : n == "MR126" ? [6, 12, 4] :
+    n == "688" ? [8, 16, 5] : n == "608" ? [8, 22, 7] : [0, 0, 0];
 
 // ---- Printing ------------------------------------------------------------------------------
+
+// Children in a row along y (along = 1) or x (along = 0), `gap` apart and centred across; `corners` are
+// the rectangles [[x, y], [x, y]] that hold them.
+module side_by_side(corners, along = 1, gap = 5) {
+    across = 1 - along;
+    for (i = [0 : $children - 1])
+        let (
+            before = [for (k = [0 : 1 : i - 1]) corners[k][1][along] - corners[k][0][along] + gap],
+            to = sum(before) - corners[i][0][along],
+            middle = -(corners[i][0][across] + corners[i][1][across]) / 2
+        )
+        translate(along == 0 ? [to, middle, 0] : [middle, to, 0]) children(i);
+}
+
+// The rectangle that holds what side_by_side() makes along y.
+function row_corners(corners, gap = 5) =
+    let (
+        width = max([for (c = corners) c[1].x - c[0].x]),
+        depth = sum([for (c = corners) c[1].y - c[0].y + gap]) - gap
+    )
+    len(corners) == 1 ? corners[0] : [[-width / 2, 0], [width / 2, depth]];
+
+function sum(list) = len(list) == 0 ? 0 : list * [for (x = list) 1];
 
 // Pulls the first layers of what lies on z = 0 in by `amount`, against an elephant's foot.
 module pull_in_foot(amount) {

@@ -1,17 +1,19 @@
-//! OpenSCAD scripts: one self-contained parametric file per body, and the animated assembly.
+//! OpenSCAD scripts: one self-contained parametric file per body, the animated assembly, and all of it in
+//! one file.
 
 use serde::Serialize;
 
-use super::scad_csg::{self, Module};
+use super::scad_csg;
 use super::scad_customizer::{Entry, Group, Spokes, fixed, groups, tooth_group, used_parameters};
-use super::scad_teeth::{self, number};
+use super::scad_options::Options;
+use super::scad_parameters::{self, Parameter};
+use super::scad_part::{Part, part};
+use super::scad_teeth::number;
 use super::template::render;
 use super::{Source, tables};
-use crate::motion::Class;
-use crate::solid::expression::Values;
-use crate::solid::recipe::{Body, Feature, Operation, Recipe};
-use crate::solid::rib;
-use crate::{Error, Result};
+use crate::Result;
+use crate::solid::recipe::{Body, Recipe};
+use crate::solid::sweep;
 
 /// The library that every script carries a copy of.
 const LIBRARY: &str = include_str!("../../cad/openscad/mpcgear.scad");
@@ -28,38 +30,108 @@ pub struct Script {
     pub text: String,
 }
 
-/// All scripts of a design: one per body of `recipe`, then the assembly.
+/// Largest size of the one file for sites that customise, bytes.
+const LARGEST: usize = 400_000;
+
+/// Stations of a tooth in that file: as many as fit.
+const STATIONS: [usize; 4] = [sweep::MAX_STATIONS, 25, 17, 9];
+
+/// All scripts of a design: one per body of `recipe`, the assembly, and everything in one file for sites
+/// that customise (ASCII, at most 400 kB unless the teeth are too many).
 ///
 /// # Errors
-/// [`Error::Internal`] when a template fails, [`Error::Infeasible`] when a tooth folds.
+/// [`Error::Internal`] when a template fails or the source has no solids, [`Error::Infeasible`] when a
+/// tooth folds.
 pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
     let parts: Result<Vec<Part>> = recipe
         .bodies
         .iter()
         .map(|body| part(source, recipe, body))
         .collect();
-    let parts = parts?;
-    let mut scripts = Vec::new();
-    for (body, part) in recipe.bodies.iter().zip(&parts) {
-        let (body, part) = (std::slice::from_ref(body), std::slice::from_ref(part));
-        let name = &body[0].name;
-        let page = Page::new(source, recipe, body, part, &format!("the {name}"));
-        scripts.push(Script {
-            name: format!("{name}.scad"),
-            text: render("part.scad", page)?,
-        });
-    }
+    let mut parts = parts?;
+    let mut scripts = bodies(source, recipe, &parts)?;
     let poses = tables::poses(source.motion, POSES);
-    let what = "the whole mechanism, animated";
-    let page = Page {
-        poses: poses.iter().map(pose_line).collect(),
-        ..Page::new(source, recipe, &recipe.bodies, &parts, what)
+    let poses: Vec<String> = poses.iter().map(pose_line).collect();
+    let whole = |template: &str, parts: &[Part], what: &str| {
+        let page = Page {
+            poses: poses.clone(),
+            ..Page::new(source, recipe, &recipe.bodies, parts, what)
+        };
+        render(template, page)
     };
     scripts.push(Script {
         name: "assembly.scad".into(),
-        text: render("assembly.scad", page)?,
+        text: whole("assembly.scad", &parts, "the whole mechanism, animated")?,
+    });
+    let mut text = String::new();
+    for most in STATIONS {
+        parts.iter_mut().for_each(|part| part.thin(most));
+        text = ascii(&whole("customizer.scad", &parts, "every part in one file")?);
+        if text.len() <= LARGEST {
+            break;
+        }
+    }
+    scripts.push(Script {
+        name: "customizer.scad".into(),
+        text,
     });
     Ok(scripts)
+}
+
+/// One script per body. Each knows the parameters of the others, so that it can tell who gives it one.
+fn bodies(source: &Source, recipe: &Recipe, parts: &[Part]) -> Result<Vec<Script>> {
+    let write = |body: &Body, part: &Part, others: Vec<Elsewhere>| {
+        let name = &body.name;
+        let (body, part) = (std::slice::from_ref(body), std::slice::from_ref(part));
+        let page = Page {
+            others,
+            ..Page::new(source, recipe, body, part, &format!("the {name}"))
+        };
+        Ok(Script {
+            name: format!("{name}.scad"),
+            text: render("part.scad", page)?,
+        })
+    };
+    let pairs = recipe.bodies.iter().zip(parts);
+    let alone: Result<Vec<Script>> = pairs.map(|(b, p)| write(b, p, Vec::new())).collect();
+    let alone = alone?;
+    let text = |i: usize| alone.get(i).map_or("", |script| &script.text);
+    let known: Vec<_> = alone
+        .iter()
+        .map(|s| scad_parameters::read(&s.text))
+        .collect();
+    let mut scripts = Vec::new();
+    for (i, (body, part)) in recipe.bodies.iter().zip(parts).enumerate() {
+        let has = |name: &str| text(i).contains(&format!("\n{name} = "));
+        scripts.push(write(body, part, elsewhere(recipe, &known, has))?);
+    }
+    Ok(scripts)
+}
+
+/// The parameters of the bodies' scripts that the script which `has` some names does not have, by file.
+fn elsewhere(
+    recipe: &Recipe,
+    known: &[Vec<Parameter>],
+    has: impl Fn(&str) -> bool,
+) -> Vec<Elsewhere> {
+    let mut files: Vec<Elsewhere> = Vec::new();
+    for (body, list) in recipe.bodies.iter().zip(known) {
+        let new = |name: &&String| !has(name) && !files.iter().any(|f| f.names.contains(*name));
+        let names: Vec<String> = list.iter().map(|p| &p.name).filter(new).cloned().collect();
+        if !names.is_empty() {
+            files.push(Elsewhere {
+                file: format!("{}.scad", body.name),
+                names,
+            });
+        }
+    }
+    files
+}
+
+/// With `?` for what some sites refuse. Only comments have such letters: names that people gave.
+fn ascii(text: &str) -> String {
+    let plain = |c: char| if c.is_ascii() { c } else { '?' };
+    text.chars().map(plain).collect()
 }
 
 fn pose_line(row: &tables::PoseRow) -> String {
@@ -77,8 +149,19 @@ struct Page<'a> {
     has_teeth: bool,
     spokes: Option<Spokes>,
     bodies: &'a [Part],
+    /// What there is room for.
+    offered: Options,
+    /// Parameters of the other files.
+    others: Vec<Elsewhere>,
     library: &'static str,
     poses: Vec<String>,
+}
+
+/// Parameters that another file has.
+#[derive(Serialize)]
+struct Elsewhere {
+    file: String,
+    names: Vec<String>,
 }
 
 /// A named expression.
@@ -125,6 +208,8 @@ impl<'a> Page<'a> {
             has_teeth,
             spokes: has_teeth.then(|| Spokes::of(source.design)),
             bodies: parts,
+            offered: Options::of(recipe),
+            others: Vec::new(),
             library: library(),
             poses: Vec::new(),
         }
@@ -170,190 +255,4 @@ fn about(source: &Source, what: &str) -> About {
         q_min: q_min.map_or("not known".into(), |q| number(q, 3)),
         date: super::date::from_environment(),
     }
-}
-
-/// A body as the templates need it.
-#[derive(Serialize)]
-struct Part {
-    name: String,
-    colour: &'static str,
-    /// Template of the options that only the part's own file has.
-    options: Option<&'static str>,
-    modules: Vec<Module>,
-    tree: String,
-    teeth: Option<TeethPart>,
-    /// The printed pieces; a body that is printed whole has one of its own name.
-    pieces: Vec<PiecePart>,
-    /// Height of the lowest face of the whole body without its teeth.
-    bottom: String,
-    /// Row-major 4×4 pose at φ = 0, if it is not the identity.
-    pose: Option<String>,
-}
-
-#[derive(Serialize)]
-struct TeethPart {
-    stations: Vec<String>,
-    axis: String,
-    foot: String,
-    /// Stations at both ends that have no rib.
-    inset: usize,
-    /// Calls that make all beads, and all ribs, of as few polyhedra as may be.
-    beads: String,
-    ribs: String,
-    /// Parameter with the hub's radius, its smallest and its largest value.
-    hub: String,
-    smallest: String,
-    free: String,
-    /// Middle heights of the sub-gear pairs.
-    bands: String,
-}
-
-#[derive(Serialize)]
-struct PiecePart {
-    name: String,
-    modules: Vec<Module>,
-    tree: String,
-    /// Direction that points up on the print bed.
-    up: String,
-    /// Coordinate along `up` of the face that lies on the bed.
-    bottom: String,
-}
-
-fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part> {
-    let values = Values::new(&recipe.parameters);
-    let mut modules = Vec::new();
-    let mut steps = steps(&body.name, &body.features, &mut modules);
-    let teeth = match body.teeth {
-        Some(gear) => {
-            steps.push((Operation::Add, format!("{}_teeth()", body.name)));
-            let teeth = scad_teeth::teeth(source.design, gear)?;
-            let a = teeth.axis;
-            let hub = format!("{}_hub_radius", body.name);
-            let range = recipe.parameters.iter().find(|p| p.name == hub);
-            let range = range.ok_or_else(|| Error::Internal(format!("no parameter `{hub}`")))?;
-            let bands: Vec<String> = teeth.bands.iter().map(|&z| number(z, 4)).collect();
-            Some(TeethPart {
-                smallest: number(range.min, 4),
-                free: number(range.max, 4),
-                hub,
-                bands: format!("[{}]", bands.join(", ")),
-                stations: teeth.stations,
-                axis: format!(
-                    "[{}, {}, {}]",
-                    number(a.x, 4),
-                    number(a.y, 4),
-                    number(a.z, 4)
-                ),
-                foot: number(teeth.foot, 4),
-                inset: rib::INSET,
-                beads: shells("beads", &teeth.beads),
-                ribs: shells("ribs", &teeth.ribs),
-            })
-        }
-        None => None,
-    };
-    let mut pieces = Vec::new();
-    for piece in &body.pieces {
-        let mut own = Vec::new();
-        let tree = scad_csg::tree(&self::steps(&piece.name, &piece.features, &mut own));
-        pieces.push(PiecePart {
-            name: piece.name.clone(),
-            modules: own,
-            tree,
-            up: direction(piece.up),
-            bottom: super::scad_bed::bottom(&piece.features, piece.up, &values)?,
-        });
-    }
-    let up = [0.0, 0.0, 1.0];
-    let bottom = super::scad_bed::bottom(&body.features, up, &values)?;
-    if pieces.is_empty() {
-        pieces.push(PiecePart {
-            name: body.name.clone(),
-            modules: Vec::new(),
-            tree: String::new(),
-            up: direction(up),
-            bottom: bottom.clone(),
-        });
-    }
-    Ok(Part {
-        name: body.name.clone(),
-        colour: super::threemf::colour(&body.name),
-        options: options(source, &body.name),
-        tree: scad_csg::tree(&steps),
-        modules,
-        teeth,
-        pieces,
-        bottom,
-        pose: (body.name == "follower").then(|| pose(source)),
-    })
-}
-
-/// Longest line of generated code.
-const LINE: usize = 96;
-
-/// One polyhedron of all `what` if they are apart, else one for every list of numbers.
-fn shells(what: &str, apart: &[Vec<usize>]) -> String {
-    if apart.len() < 2 {
-        return format!("shells({what});");
-    }
-    let mut text = String::from("for (apart = [");
-    let mut column = text.len() + 4;
-    for (k, list) in apart.iter().enumerate() {
-        for (i, number) in list.iter().enumerate() {
-            let start = if i == 0 { "[" } else { "" };
-            let end = match (i + 1 == list.len(), k + 1 == apart.len()) {
-                (false, _) => ",",
-                (true, false) => "],",
-                (true, true) => "]]",
-            };
-            let word = format!("{start}{number}{end}");
-            if column + word.len() + 1 > LINE {
-                text = text.trim_end().to_string() + "\n         ";
-                column = 13;
-            }
-            column += word.len() + 1;
-            text += &word;
-            text += " ";
-        }
-    }
-    format!(
-        "{})\n        shells([for (i = apart) {what}[i]]);",
-        text.trim_end()
-    )
-}
-
-fn options(source: &Source, body: &str) -> Option<&'static str> {
-    match body {
-        "driver" => Some("options_driver"),
-        // The mount of 1R has the pocket of the pin's cap where a boss would stand.
-        "follower" if source.design.class != Class::R1 => Some("options_follower"),
-        "support" => Some("options_support"),
-        _ => None,
-    }
-}
-
-/// The calls of `features` in order, after putting their modules into `modules`.
-fn steps(owner: &str, features: &[Feature], modules: &mut Vec<Module>) -> Vec<(Operation, String)> {
-    let step = |feature: &Feature| {
-        let module = scad_csg::module(owner, feature);
-        let call = format!("{}()", module.name);
-        modules.push(module);
-        (feature.operation, call)
-    };
-    features.iter().map(step).collect()
-}
-
-fn direction(v: [f64; 3]) -> String {
-    format!("[{}, {}, {}]", v[0], v[1], v[2])
-}
-
-/// The follower's pose at φ = 0 as an OpenSCAD matrix.
-fn pose(source: &Source) -> String {
-    let pose = source.motion.state(0.0).pose;
-    let row = |i: usize| {
-        let r = pose.rotation.row(i);
-        let numbers = [r[0], r[1], r[2], pose.translation[i]].map(|x| number(x, 9));
-        format!("[{}]", numbers.join(", "))
-    };
-    format!("[{}, {}, {}]", row(0), row(1), row(2))
 }

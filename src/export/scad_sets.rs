@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::File;
+use super::scad_options::Options;
 use crate::solid::recipe::Recipe;
 use crate::{Error, Result};
 
@@ -14,16 +15,18 @@ pub const NAME: &str = "parameters.json";
 /// A set: its name, and values as the Customizer writes them.
 type Set = (&'static str, &'static [(&'static str, &'static str)]);
 
-/// All sets. Parameters that a script does not have are passed over by OpenSCAD; sets with a value
-/// that a design does not allow are left out.
-const SETS: [Set; 9] = [
+/// How finely the teeth are made. Parameters that a script does not have are passed over by OpenSCAD.
+const QUALITIES: [Set; 2] = [
     ("draft", &[("quality", "draft")]),
     ("fine", &[("quality", "fine")]),
+];
+
+/// Printers: what they need beside [`PRINTED`].
+const PRINTERS: [Set; 3] = [
     (
         "sla",
         &[
             ("quality", "fine"),
-            ("layout", "print"),
             ("joint_play", "0.08"),
             ("piece_fit", "0.05"),
             ("bore_fit", "0.05"),
@@ -32,7 +35,6 @@ const SETS: [Set; 9] = [
     (
         "fdm_0.4",
         &[
-            ("layout", "print"),
             ("clearance", "0.15"),
             ("joint_play", "0.2"),
             ("piece_fit", "0.15"),
@@ -44,7 +46,6 @@ const SETS: [Set; 9] = [
     (
         "fdm_0.6",
         &[
-            ("layout", "print"),
             ("clearance", "0.25"),
             ("joint_play", "0.3"),
             ("piece_fit", "0.2"),
@@ -53,6 +54,10 @@ const SETS: [Set; 9] = [
             ("elephant_foot", "0.3"),
         ],
     ),
+];
+
+/// Motors and bearings; their values go before a printer's.
+const DRIVES: [Set; 4] = [
     (
         "motor_nema17",
         &[("bore_preset", "nema17"), ("shaft_flat", "0.5")],
@@ -86,39 +91,67 @@ const SETS: [Set; 9] = [
     ),
 ];
 
+/// What a set for a printer makes: everything, flat on the bed.
+const PRINTED: [(&str, &str); 3] = [("layout", "print"), ("piece", "whole"), ("part", "all")];
+
+/// Values by parameter, as text.
+type Values = BTreeMap<String, String>;
+
 #[derive(Serialize)]
 struct Page {
     #[serde(rename = "fileFormatVersion")]
     version: &'static str,
     #[serde(rename = "parameterSets")]
-    sets: BTreeMap<&'static str, BTreeMap<&'static str, &'static str>>,
+    sets: BTreeMap<String, Values>,
 }
 
-/// The sets that a design allows, in the Customizer's format.
+/// The sets that a design allows, in the Customizer's format: qualities, printers, motors and bearings,
+/// these with each printer (`motor_nema17+fdm_0.4`), and each printer for a single piece (`sla+bridge`).
 ///
 /// # Errors
 /// [`Error::Internal`] when they cannot be written.
 pub fn file(recipe: &Recipe) -> Result<File> {
-    let sets = SETS
-        .into_iter()
-        .filter(|(_, values)| allowed(values, recipe));
-    let page = Page {
-        version: "1",
-        sets: sets
-            .map(|(name, values)| (name, values.iter().copied().collect()))
-            .collect(),
-    };
+    let mut sets = BTreeMap::new();
+    let alone = QUALITIES.iter().chain(&DRIVES);
+    sets.extend(alone.map(|(name, own)| (name.to_string(), values(&[own]))));
+    let pieces = recipe.bodies.iter().flat_map(|body| &body.pieces);
+    let pieces: Vec<&str> = pieces.map(|piece| piece.name.as_str()).collect();
+    for (printer, own) in PRINTERS {
+        sets.insert(printer.to_string(), values(&[&PRINTED, own]));
+        for (drive, more) in DRIVES {
+            let all = values(&[&PRINTED, own, more]);
+            sets.insert(format!("{drive}+{printer}"), all);
+        }
+        for piece in &pieces {
+            let only = [("piece", *piece), ("part", *piece)];
+            let all = values(&[&PRINTED, own, &only]);
+            sets.insert(format!("{printer}+{piece}"), all);
+        }
+    }
+    sets.retain(|_, values| allowed(values, recipe));
+    let page = Page { version: "1", sets };
     let text =
         serde_json::to_string_pretty(&page).map_err(|e| Error::Internal(format!("{NAME}: {e}")))?;
     Ok(File::new(NAME, text + "\n"))
 }
 
-/// Whether every value that belongs to a parameter of the recipe lies in its range.
-fn allowed(values: &[(&str, &str)], recipe: &Recipe) -> bool {
+/// Values of several lists, the later ones before the earlier ones.
+fn values(lists: &[&[(&str, &str)]]) -> Values {
+    let all = lists.iter().copied().flatten();
+    all.map(|(name, value)| (name.to_string(), value.to_string()))
+        .collect()
+}
+
+/// Whether every value that belongs to a parameter of the recipe lies in its range, and there is room for
+/// shaft and bearing.
+fn allowed(values: &Values, recipe: &Recipe) -> bool {
+    let offered = Options::of(recipe);
     values.iter().all(|(name, value)| {
         let parameter = recipe.parameters.iter().find(|p| p.name == *name);
-        match (parameter, value.parse::<f64>()) {
-            (Some(p), Ok(value)) => (p.min..=p.max).contains(&value),
+        match (name.as_str(), parameter, value.parse::<f64>()) {
+            ("bore_preset", ..) => offered.has_shaft(value),
+            ("bearing", ..) => offered.has_bearing(value),
+            (_, Some(p), Ok(value)) => (p.min..=p.max).contains(&value),
             _ => true,
         }
     })

@@ -1,6 +1,6 @@
 //! The teeth's stations as OpenSCAD data, and the proof that they may share one polyhedron.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::Result;
 use crate::design::{Design, Gear, Section};
@@ -15,8 +15,8 @@ pub const SPARE: f64 = 0.25;
 /// Teeth of one gear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Teeth {
-    /// One line of OpenSCAD per tooth: `[[point, n, b], …]`.
-    pub stations: Vec<String>,
+    /// The stations of every tooth.
+    pub frames: Vec<Vec<Frame>>,
     /// Point on the gear's axis.
     pub axis: Vector3<f64>,
     /// Middle height of every sub-gear pair, mm.
@@ -54,9 +54,8 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
             ribs.push(rib::rib(frames, &thicker, (axis, foot), &place)?);
         }
     }
-    let frames = pairs.iter().flatten();
     Ok(Teeth {
-        stations: frames.map(|f| line(f)).collect(),
+        frames: pairs.into_iter().flatten().collect(),
         axis,
         bands,
         foot,
@@ -126,18 +125,34 @@ fn disjoint(a: &Solid, b: &Solid) -> bool {
     union.components() == 2 && (union.volume() - sum).abs() <= 1e-9 * sum
 }
 
-fn line(frames: &[Frame]) -> String {
-    let station = |f: &Frame| {
-        let [p, n, b] = [(f.p, 4), (f.n, 6), (f.b, 6)].map(|(v, digits)| vector(v, digits));
-        format!("[{p}, {n}, {b}]")
-    };
-    let stations: Vec<String> = frames.iter().map(station).collect();
-    format!("[{}]", stations.join(", "))
+impl Teeth {
+    /// One line of OpenSCAD per tooth, with at most `most` stations: `[[x, y, z, turn], …]`, where the
+    /// three numbers of the turn are its axis times its angle in degrees.
+    pub fn lines(&self, most: usize) -> Vec<String> {
+        let chosen = |frames: &Vec<Frame>| {
+            let kept = sweep::thinned(frames.len(), most).into_iter();
+            let stations: Vec<String> = kept.map(|i| station(&frames[i])).collect();
+            format!("[{}]", stations.join(","))
+        };
+        self.frames.iter().map(chosen).collect()
+    }
+
+    /// How many of `most` stations at either end of a tooth have no rib.
+    pub fn inset(most: usize) -> usize {
+        (rib::INSET * most + sweep::MAX_STATIONS / 2) / sweep::MAX_STATIONS
+    }
 }
 
-fn vector(v: Vector3<f64>, digits: usize) -> String {
-    let [x, y, z] = [v.x, v.y, v.z].map(|c| number(c, digits));
-    format!("[{x}, {y}, {z}]")
+/// Point and turn of a frame: the turn takes x to n and y to b.
+fn station(frame: &Frame) -> String {
+    let columns = Matrix3::from_columns(&[frame.n, frame.b, frame.n.cross(&frame.b)]);
+    let turn = Rotation3::from_matrix_unchecked(columns);
+    // By way of a quaternion: a half turn has no axis in its matrix alone.
+    let turn = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
+    let point = frame.p.iter().map(|&c| number(c, 4));
+    let turn = turn.iter().map(|&c| number(c.to_degrees(), 3));
+    let numbers: Vec<String> = point.chain(turn).collect();
+    format!("[{}]", numbers.join(","))
 }
 
 /// A number with at most `digits` decimals and nothing superfluous.
@@ -168,6 +183,47 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(number(value, 4), text);
         }
+    }
+
+    #[test]
+    fn a_turn_of_a_half_is_told_by_its_axis() {
+        let frame = Frame {
+            phi: 0.0,
+            p: Vector3::new(1.0, -2.5, 0.0),
+            n: -Vector3::x(),
+            b: Vector3::y(),
+            t: -Vector3::z(),
+        };
+        let text = station(&frame);
+        assert!(
+            ["[1,-2.5,0,0,180,0]", "[1,-2.5,0,0,-180,0]"].contains(&text.as_str()),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn thinned_teeth_keep_their_ends() {
+        let frame = |i: u32| Frame {
+            phi: 0.0,
+            p: Vector3::new(f64::from(i), 0.0, 0.0),
+            n: Vector3::x(),
+            b: Vector3::y(),
+            t: Vector3::z(),
+        };
+        let teeth = Teeth {
+            frames: vec![(0..33).map(frame).collect()],
+            axis: Vector3::zeros(),
+            bands: Vec::new(),
+            foot: 0.0,
+            beads: Vec::new(),
+            ribs: Vec::new(),
+        };
+        let text = teeth.lines(3);
+        assert_eq!(text, ["[[0,0,0,0,0,0],[16,0,0,0,0,0],[32,0,0,0,0,0]]"]);
+        assert_eq!(
+            (Teeth::inset(33), Teeth::inset(17), Teeth::inset(9)),
+            (4, 2, 1)
+        );
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::{Error, Result, escape};
 
 /// Names must not end in `.xml` or `.html`: their values would be escaped a second time.
-const TEMPLATES: [(&str, &str); 13] = [
+const TEMPLATES: [(&str, &str); 16] = [
     ("header", include_str!("../../templates/scad_header.jinja")),
     (
         "parameters",
@@ -17,6 +17,8 @@ const TEMPLATES: [(&str, &str); 13] = [
     ("hidden", include_str!("../../templates/scad_hidden.jinja")),
     ("body", include_str!("../../templates/scad_body.jinja")),
     ("spokes", include_str!("../../templates/scad_spokes.jinja")),
+    ("motion", include_str!("../../templates/scad_motion.jinja")),
+    ("pieces", include_str!("../../templates/scad_pieces.jinja")),
     (
         "options_driver",
         include_str!("../../templates/scad_driver.jinja"),
@@ -33,6 +35,10 @@ const TEMPLATES: [(&str, &str); 13] = [
     (
         "assembly.scad",
         include_str!("../../templates/assembly.scad.jinja"),
+    ),
+    (
+        "customizer.scad",
+        include_str!("../../templates/customizer.scad.jinja"),
     ),
     ("card.md", include_str!("../../templates/card.md.jinja")),
     ("mjcf", include_str!("../../templates/mjcf.xml.jinja")),

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 /// Most stations of a swept tooth; longer lists are thinned evenly. At 25 to 33 stations the chords
 /// leave a curve of tooth size by about 2 µm.
-const MAX_STATIONS: usize = 33;
+pub const MAX_STATIONS: usize = 33;
 
 /// Corners of a full flank circle in the section polygon.
 pub const SECTION_SEGMENTS: u32 = 24;

@@ -3,8 +3,9 @@
 //     node manifold.mjs PACKAGE_FOLDER -o OUT.stl [-D name=value] [-p SETS.json -P NAME] FILE.scad
 //
 // Prints what OpenSCAD says; exit code 0 when it has written the file.
-import { readFileSync, writeFileSync } from "node:fs";
+import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { dirname, join } from "node:path";
 import { pathToFileURL } from "node:url";
 
 const [folder, ...words] = process.argv.slice(2);
@@ -16,6 +17,10 @@ const wrapped = await createOpenSCAD({ noInitialRun: true, print: say, printErr:
 const scad = wrapped.getInstance();
 const input = words.pop();
 scad.FS.writeFile("/in.scad", readFileSync(input));
+// The scripts beside it, which it may use.
+for (const name of readdirSync(dirname(input)).filter((name) => name.endsWith(".scad"))) {
+  scad.FS.writeFile("/" + name, readFileSync(join(dirname(input), name)));
+}
 
 const passed = [];
 let output;

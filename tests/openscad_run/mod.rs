@@ -94,6 +94,23 @@ impl Run {
         self
     }
 
+    /// What OpenSCAD says when it only evaluates the script, and the notes of the script among it.
+    #[allow(dead_code)]
+    pub fn evaluated(self) -> (String, Vec<String>) {
+        let output = Command::new("openscad")
+            .args(["--hardwarnings", "-o"])
+            .arg(self.script.with_extension("evaluated.csg"))
+            .args(&self.arguments)
+            .arg(&self.script)
+            .output()
+            .expect("openscad runs");
+        let log = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{log}");
+        let notes = log.lines().filter(|line| line.starts_with("ECHO: \"NOTE"));
+        let notes = notes.map(String::from).collect();
+        (log, notes)
+    }
+
     /// Renders to STL; `label` names the file beside the script.
     pub fn stl(self, label: &str) -> Outcome {
         let stl = self.script.with_extension(format!("{label}.stl"));
@@ -120,6 +137,11 @@ impl Run {
 impl Outcome {
     /// The mesh, after checking log and file: no complaint, one simple closed piece.
     pub fn one_closed_body(self) -> Mesh {
+        self.closed_bodies(1)
+    }
+
+    /// The same for `count` pieces that do not touch.
+    pub fn closed_bodies(self, count: usize) -> Mesh {
         let (name, log) = (&self.name, &self.log);
         assert!(self.success, "{name}: failed\n{log}");
         let bad = ["ERROR", "WARNING", "EXPORT-WARNING", "TRACE"];
@@ -129,11 +151,11 @@ impl Outcome {
             .collect();
         assert!(complaints.is_empty(), "{name}: {complaints:?}");
         // CGAL and Manifold have different words; the file is looked at below.
-        let simple = has(log, "Simple:", "yes") && has(log, "Volumes:", "2");
+        let simple = has(log, "Simple:", "yes") && has(log, "Volumes:", &(count + 1).to_string());
         let sound = simple || has(log, "Status:", "NoError");
-        assert!(sound, "{name}: not one simple piece\n{log}");
+        assert!(sound, "{name}: not {count} simple pieces\n{log}");
         let mesh = self.mesh.expect("a file was written");
-        let faults = faults(&mesh);
+        let faults = faults(&mesh, count);
         assert!(faults.is_empty(), "{name}: {faults:?}");
         mesh
     }
@@ -173,8 +195,8 @@ fn read(bytes: &[u8]) -> Mesh {
     }
 }
 
-/// What is wrong with a mesh that should be one closed, oriented body.
-pub fn faults(mesh: &Mesh) -> Vec<String> {
+/// What is wrong with a mesh that should be `count` closed, oriented bodies.
+fn faults(mesh: &Mesh, count: usize) -> Vec<String> {
     let mut faults = Vec::new();
     // Triangles that lost an edge in the rounding to f32 hold nothing together.
     let triangles: Vec<[u32; 3]> = mesh
@@ -197,7 +219,7 @@ pub fn faults(mesh: &Mesh) -> Vec<String> {
         faults.push(format!("{open} edges without a partner"));
     }
     let bodies = components(mesh.vertices.len(), &triangles);
-    if bodies != 1 {
+    if bodies != count {
         faults.push(format!("{bodies} pieces"));
     }
     if mesh.volume() <= 0.0 {
