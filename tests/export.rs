@@ -54,6 +54,7 @@ fn a_folder_has_everything_and_twice_the_same() {
         "openscad/support.scad",
         "openscad/slider.scad",
         "openscad/assembly.scad",
+        "openscad/customizer.scad",
         "print/driver.stl",
         "print/socket_cap.stl",
     ] {

@@ -40,7 +40,7 @@ const STATIONS: [usize; 4] = [sweep::MAX_STATIONS, 25, 17, 9];
 /// that customise (ASCII, at most 400 kB unless the teeth are too many).
 ///
 /// # Errors
-/// [`Error::Internal`] when a template fails or the source has no solids, [`Error::Infeasible`] when a
+/// [`crate::Error::Internal`] when a template fails or the source has no solids, [`crate::Error::Infeasible`] when a
 /// tooth folds.
 pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
     let parts: Result<Vec<Part>> = recipe
