@@ -309,6 +309,25 @@ fn a_study_ends_with_designs_that_are_proved_and_a_report() {
 }
 
 #[test]
+fn a_study_passes_over_trials_that_take_too_long() {
+    let Some(python) = python() else { return };
+    let folder = folder(&format!("{STUDY}[limits]\ndraft_s = 0.1\n"));
+    let output = mpcgear(folder.path(), &[&["--json"], &EXPLORE[..]].concat())
+        .env("MPCGEAR_PYTHON", python)
+        .env("PYTHONPATH", packages())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["trials"], serde_json::json!([4, 0]));
+    let table = fs::read_to_string(folder.path().join("study/study.csv")).unwrap();
+    let slow = table
+        .lines()
+        .filter(|line| line.contains("took longer than 0.1 s"));
+    assert_eq!(slow.count(), 4, "{table}");
+}
+
+#[test]
 fn the_python_packages_pass_their_tests() {
     let Some(python) = python() else { return };
     let output = Command::new(python)

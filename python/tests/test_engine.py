@@ -37,8 +37,9 @@ def test_the_same_seed_gives_the_same_trials(make_study: MakeStudy) -> None:
     assert drafts(one) != drafts(other)
 
 
-def test_a_killed_driver_goes_on_with_the_same_trials(
-    make_study: MakeStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_an_ended_driver_goes_on_with_the_same_trials(
+    how: signal.Signals, make_study: MakeStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, killed = make_study("whole"), make_study("killed")
     assert explore(whole) == 0
@@ -50,8 +51,8 @@ def test_a_killed_driver_goes_on_with_the_same_trials(
     while not log.exists() or log.read_text().count("done") < 4:
         assert driver.poll() is None
         time.sleep(0.02)
-    os.killpg(driver.pid, signal.SIGKILL)
-    driver.wait()
+    os.killpg(driver.pid, how)
+    assert driver.wait() == (130 if how == signal.SIGINT else -how)
     monkeypatch.setenv("FAKE_SECONDS", "0")
     assert explore(killed) == 0
     assert drafts(killed) == drafts(whole)
@@ -116,6 +117,26 @@ def test_a_full_disk_is_named_and_nothing_is_lost(
     monkeypatch.delenv("FAKE_FULL")
     assert explore(full) == 0
     assert drafts(full) == drafts(whole)
+
+
+def test_a_full_disk_under_the_storage_is_named_too(make_study: MakeStudy) -> None:
+    whole, full = make_study("whole"), make_study("full")
+    assert explore(whole) == 0
+    # Files of at most 100 kB, less than the empty storage takes, are as good as a full disk.
+    limited = f"trap '' XFSZ; ulimit -f 200; exec {sys.executable} -m mpcgear_explore run {full} --binary {FAKE}"
+    stopped = subprocess.run(["sh", "-c", f"{limited} --quiet"], capture_output=True, text=True)
+    assert stopped.returncode == 2
+    lines = stopped.stderr.splitlines()
+    assert len(lines) == 1 and lines[0].startswith(f"error: {full / 'study.db'}: "), stopped.stderr
+    assert explore(full) == 0
+    assert drafts(full) == drafts(whole)
+
+
+def test_a_program_that_is_not_there_is_named(
+    make_study: MakeStudy, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(make_study()), "--binary", "no/such/program", "--quiet"]) == 2
+    assert "error: no/such/program: No such file or directory" in capsys.readouterr().err
 
 
 def test_time_ends_a_study(make_study: MakeStudy, monkeypatch: pytest.MonkeyPatch) -> None:
