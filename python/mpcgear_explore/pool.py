@@ -12,6 +12,10 @@ from distributed.client import ClosedClientError
 from mpcgear_explore.worker import StudyStopped
 
 
+_OWN = "127.0.0.1:0"
+"""Where Dask shows itself, for this machine alone; without an address it would be for everyone."""
+
+
 class Crashed(Exception):
     """A task took its workers with it, more often than Dask tries."""
 
@@ -39,7 +43,8 @@ class Pool:
                 threads_per_worker=workers,
                 processes=False,
                 memory_limit=0,
-                dashboard_address=None,
+                dashboard_address=_OWN,
+                worker_dashboard_address=_OWN,
             )
         try:
             self._client = Client(self._cluster if scheduler is None else scheduler)
