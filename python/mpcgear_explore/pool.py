@@ -1,5 +1,6 @@
 """Workers by Dask: threads here, each waiting for a process, or a cluster behind a scheduler."""
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -10,7 +11,6 @@ from distributed import CancelledError, Client, Future, KilledWorker, LocalClust
 from distributed.client import ClosedClientError
 
 from mpcgear_explore.worker import StudyStopped
-
 
 _OWN = "127.0.0.1:0"
 """Where Dask shows itself, for this machine alone; without an address it would be for everyone."""
@@ -34,6 +34,8 @@ class Pool:
 
     def __init__(self, workers: int, scheduler: str | None) -> None:
         """Starts `workers` here, or goes to `scheduler`. Raises StudyStopped where nobody answers."""
+        # What matters of a lost task or scheduler is told by the study itself.
+        logging.getLogger("distributed").setLevel(logging.ERROR)
         dask.config.set({"distributed.admin.tick.limit": "60s", "distributed.comm.timeouts.connect": "10s"})
         self._cluster: LocalCluster | None = None
         if scheduler is None:

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from conftest import FAKE, STUDY, MakeStudy
 
+from mpcgear_explore import progress
 from mpcgear_explore.__main__ import main
 
 COLUMNS = ["gear.a", "gear.b", "gear.c"]
@@ -123,7 +124,9 @@ def test_a_full_disk_under_the_storage_is_named_too(make_study: MakeStudy) -> No
     whole, full = make_study("whole"), make_study("full")
     assert explore(whole) == 0
     # Files of at most 100 kB, less than the empty storage takes, are as good as a full disk.
-    limited = f"trap '' XFSZ; ulimit -f 200; exec {sys.executable} -m mpcgear_explore run {full} --binary {FAKE}"
+    limited = (
+        f"trap '' XFSZ; ulimit -f 200; exec {sys.executable} -m mpcgear_explore run {full} --binary {FAKE}"
+    )
     stopped = subprocess.run(["sh", "-c", f"{limited} --quiet"], capture_output=True, text=True)
     assert stopped.returncode == 2
     lines = stopped.stderr.splitlines()
@@ -161,11 +164,21 @@ def test_drafts_of_a_wider_study_are_left_out(make_study: MakeStudy) -> None:
 
 
 def test_a_watcher_tells_where_the_study_is_and_ends_with_it(
-    make_study: MakeStudy, capsys: pytest.CaptureFixture[str]
+    make_study: MakeStudy, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = make_study()
-    assert explore(folder) == 0
-    capsys.readouterr()
+    folder = make_study(budget={"trials": 20, "minutes": None})
+    monkeypatch.setenv("FAKE_SECONDS", "0.4")
+    monkeypatch.setattr(progress, "_EVERY_S", 0.0)
+    monkeypatch.setattr(progress, "_LOOK_S", 0.3)
+    command = [sys.executable, "-m", "mpcgear_explore", "run", str(folder), "--binary", str(FAKE), "--quiet"]
+    driver = subprocess.Popen(command)
+    # It is there before the study has anything.
     assert main(["watch", str(folder)]) == 0
-    told = capsys.readouterr().err
-    assert "drafts 8 of 8" in told and "designs 2" in told
+    assert driver.wait() == 0
+    told = [line.split(" s  ", 1)[1] for line in capsys.readouterr().err.splitlines()]
+    assert len(set(told)) >= 5, told
+    counts = [int(line.split()[1]) for line in told]
+    assert counts == sorted(counts) and counts[0] < 5
+    table = pd.read_parquet(folder / "study.parquet")
+    drafted, designed = (table.rung == 0).sum(), (table.rung == 1).sum()
+    assert told[-1].startswith(f"drafts {drafted} of 20") and f"designs {designed} " in told[-1]
