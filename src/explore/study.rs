@@ -372,8 +372,8 @@ mod tests {
     fn all_problems_are_told_at_once() {
         let text = "sampler = \"best\"\n[variables]\n\"gear.tooth\" = { low = 8, high = 12 }\n\
             \"gear.teeth\" = { low = 2, high = 12 }\n\"gear.tip_mm\" = { low = 1.0, high = 0.5 }\n\
-            \"motion.constants.b\" = { low = 0.1, high = 0.2 }\n\
-            [objectives]\nplastik_g = \"down\"\nplay_mm = \"less\"\n[constraints]\nheight_mm = 80\n[budget]\nkeep = 2\n";
+            \"gear.root_mm\" = { low = 0.1, high = 0.5, log = 1 }\nfit.clearance_mm = { low = 0.1, high = 0.2 }\n\"motion.constants.b\" = { low = 0.1, high = 0.2 }\n\
+            [objectives]\nplastik_g = \"down\"\nplay_mm = \"less\"\n[constraints]\nheight_mm = 80\nplay_mm = { least = 2, most = 1 }\n[budget]\nkeep = 2\n";
         let Err(Error::Input { problems, .. }) = study(text) else {
             panic!("accepted");
         };
@@ -387,6 +387,9 @@ mod tests {
             "did you mean `plastic_g`?",
             "is \"less\", allowed \"up\", \"down\"",
             "constraints.height_mm: is 80, which is no limit",
+            "least is more than most",
+            "log is neither true nor false",
+            "is a table of tables",
             "budget: has neither trials nor minutes",
             "budget.keep: is 2",
         ] {
