@@ -67,18 +67,15 @@ impl Band<'_> {
         };
         let bead = section.bead_radius();
         let most = (section.root.min(section.tip) / FLANK).min(FLATTEST);
-        let largest = largest((bead, most), curved);
+        let curved = largest((bead, most), curved);
         let passing = Passing::new(self.teeth, settings.gear.center_distance_mm, motion);
         // A rounder flank lies inside a flatter one: what passes with that passes with all.
-        let tight = passing.tight(&flat(largest));
+        let tight = passing.tight(&flat(curved));
         let clear = |radius: f64| {
             let outline = flat(radius);
             tight.par_iter().all(|m| passing.is_clear(m, &outline))
         };
-        let radius = match tight.is_empty() {
-            true => largest,
-            false => self::largest((bead, largest), clear),
-        };
+        let radius = largest((bead, curved), clear);
         (radius > WORTH * bead).then_some(radius)
     }
 }

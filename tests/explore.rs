@@ -322,18 +322,22 @@ fn packages() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python")
 }
 
-#[test]
-fn a_study_ends_with_designs_that_are_proved_and_a_report() {
-    let Some(python) = python() else { return };
-    let folder = folder(STUDY);
-    let explore = [&["--json"], &EXPLORE[..], &["--workers", "2"]].concat();
-    let output = mpcgear(folder.path(), &explore)
+/// What `explore` answers in such a folder with the packages of this repository.
+fn explored(folder: &Path, python: &Path, more: &[&str]) -> Value {
+    let output = mpcgear(folder, &[&["--json"], &EXPLORE[..], more].concat())
         .env("MPCGEAR_PYTHON", python)
         .env("PYTHONPATH", packages())
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_study_ends_with_designs_that_are_proved_and_a_report() {
+    let Some(python) = python() else { return };
+    let folder = folder(STUDY);
+    let told = explored(folder.path(), &python, &["--workers", "2"]);
     assert_eq!(told["trials"], serde_json::json!([4, 1]));
     let pick = &told["picks"][0];
     assert!(
@@ -358,13 +362,7 @@ fn a_study_ends_with_designs_that_are_proved_and_a_report() {
 fn a_study_passes_over_trials_that_take_too_long() {
     let Some(python) = python() else { return };
     let folder = folder(&format!("{STUDY}[limits]\ndraft_s = 0.1\n"));
-    let output = mpcgear(folder.path(), &[&["--json"], &EXPLORE[..]].concat())
-        .env("MPCGEAR_PYTHON", python)
-        .env("PYTHONPATH", packages())
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let told = explored(folder.path(), &python, &[]);
     assert_eq!(told["trials"], serde_json::json!([4, 0]));
     let table = fs::read_to_string(folder.path().join("study/study.csv")).unwrap();
     let slow = table
