@@ -44,7 +44,7 @@ pub(crate) fn by_payload(
         })
         .collect();
     ranked[..alike].sort_by(|a, b| b.0.total_cmp(&a.0));
-    // The others are made again in the rare case that they are needed: a design takes tens of megabytes.
+    // The others are made again in the rare case that they are needed.
     ranked
         .iter_mut()
         .skip(1)
