@@ -203,7 +203,11 @@ mod tests {
                 side.rows(rows - n, n).into_owned()
             })
             .collect();
-        blocks.factor().expect("definite").solve(&mut cut).expect("solved");
+        blocks
+            .factor()
+            .expect("definite")
+            .solve(&mut cut)
+            .expect("solved");
         let mut found = DMatrix::zeros(0, 3);
         for block in cut {
             let start = found.nrows();

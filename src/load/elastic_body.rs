@@ -151,7 +151,10 @@ impl<'a> ElasticBody<'a> {
             row.map_or(0.0, |(block, row)| sides[block][(row, column)])
         };
         let case = |column: usize| {
-            let moved = self.rows.iter().map(|rows| Vector3::from_fn(|axis, _| at(column, &rows[axis])));
+            let moved = self
+                .rows
+                .iter()
+                .map(|rows| Vector3::from_fn(|axis, _| at(column, &rows[axis])));
             moved.collect()
         };
         Some((0..cases.len()).map(case).collect())
