@@ -76,6 +76,7 @@ pub mod search;
 pub mod settings;
 pub mod solid;
 pub mod stats;
+pub mod strength;
 pub mod sub_gear;
 pub mod synthesis;
 pub mod table;

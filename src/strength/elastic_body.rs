@@ -16,10 +16,8 @@ pub struct Grid {
     pub elements: Vec<[usize; NODES]>,
     /// Place of each element on the grid: across, up, along.
     pub cells: Vec<[usize; 3]>,
-    /// Which stretch of the sweep a node belongs to: from one end of elements up to before the next.
-    stretch: Vec<usize>,
-    /// Whether it lies at the beginning of its stretch.
-    begins: Vec<bool>,
+    /// Place of each node on the grid, in halves of cells.
+    pub halves: Vec<[usize; 3]>,
 }
 
 impl Grid {
@@ -34,8 +32,7 @@ impl Grid {
             fixed: Vec::new(),
             elements: Vec::new(),
             cells: Vec::new(),
-            stretch: Vec::new(),
-            begins: Vec::new(),
+            halves: Vec::new(),
         };
         let wide = counts.map(|n| 2 * n + 1);
         let mut known = vec![usize::MAX; wide.iter().product()];
@@ -48,8 +45,7 @@ impl Grid {
                     *index = grid.nodes.len();
                     grid.nodes.push(place(half));
                     grid.fixed.push([false; 3]);
-                    grid.stretch.push(half[2] / 2);
-                    grid.begins.push(half[2] % 2 == 0);
+                    grid.halves.push(half);
                 }
                 *index
             });
@@ -88,12 +84,13 @@ pub struct ElasticBody<'a> {
 impl<'a> ElasticBody<'a> {
     /// `None` where an element is turned inside out or nothing holds the body.
     pub fn new(grid: &'a Grid, material: Elasticity) -> Option<ElasticBody<'a>> {
-        let stretches = grid.stretch.iter().max()? + 1;
+        // A stretch of the sweep: from one end of elements up to before the next.
+        let stretches = grid.halves.iter().map(|half| half[2] / 2).max()? + 1;
         let (mut sizes, mut heads) = (vec![0; stretches], vec![0; stretches]);
         let mut rows = vec![[None; 3]; grid.nodes.len()];
         for beginning in [true, false] {
-            for node in (0..grid.nodes.len()).filter(|&node| grid.begins[node] == beginning) {
-                let stretch = grid.stretch[node];
+            for node in (0..grid.nodes.len()).filter(|&node| (grid.halves[node][2] % 2 == 0) == beginning) {
+                let stretch = grid.halves[node][2] / 2;
                 for axis in (0..3).filter(|&axis| !grid.fixed[node][axis]) {
                     rows[node][axis] = Some((stretch, sizes[stretch]));
                     sizes[stretch] += 1;

@@ -73,8 +73,8 @@ pub fn shape(x: [f64; 3]) -> [f64; NODES] {
     })
 }
 
-/// Their derivatives there.
-fn slopes(x: [f64; 3]) -> [Vector3<f64>; NODES] {
+/// Their derivatives at `x` along the axes of the reference cube.
+pub fn slopes(x: [f64; 3]) -> [Vector3<f64>; NODES] {
     PLACES.map(|place| {
         let at = place.map(f64::from);
         let factor = |i: usize| match place[i] {
@@ -157,4 +157,13 @@ pub fn stress(
         .sum();
     material.mu * (change + change.transpose())
         + Matrix3::from_diagonal_element(material.lambda * change.trace())
+}
+
+/// Stress at `x` on the reference cube, trilinear through those at the integration points.
+pub fn between_points(stresses: &[Matrix3<f64>; POINTS], x: [f64; 3]) -> Matrix3<f64> {
+    let ends = points();
+    let weight = |point: &[f64; 3]| -> f64 {
+        point.iter().zip(x).map(|(p, x)| 0.5 * (1.0 + x / p)).product()
+    };
+    stresses.iter().zip(&ends).map(|(stress, point)| weight(point) * stress).sum()
 }

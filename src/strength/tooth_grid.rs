@@ -1,0 +1,315 @@
+//! A tooth and its rib as a grid of elements along the sweep.
+//!
+//! Across the rib and the bead it has the same columns, upwards first the rows of the rib and then those of
+//! the bead, along it layers. Beyond both ends of the rib only the bead is there.
+
+use std::ops::Range;
+
+use nalgebra::{Vector2, Vector3};
+
+use super::Hub;
+use super::bead::Bead;
+use super::elastic_body::Grid;
+use super::elements;
+use crate::design::{Gear, Section, ToothPair};
+use crate::solid::rib;
+use crate::solid::sweep::{self, Frame};
+
+/// Layers along each end that no rib carries, and along the rest, at fineness 1.
+const END_LAYERS: usize = 2;
+const RIB_LAYERS: usize = 6;
+
+/// Rows of the rib at fineness 1: two at the root, as high as the rib is thick, and two above.
+const ROOT_ROWS: usize = 2;
+const RIB_ROWS: usize = 4;
+
+/// Of the height of a low rib, a row at the root takes no more than this share.
+const ROOT_SHARE: f64 = 0.3;
+
+/// Least height of a rib as a share of its thickness: where a bead nearly touches the hub, the hub is taken
+/// as so much smaller.
+const LEAST_HEIGHT: f64 = 0.5;
+
+/// A tooth of a gear, continuous along its sweep.
+#[derive(Debug)]
+pub struct Tooth {
+    frames: Vec<Frame>,
+    section: Section,
+    hub: Hub,
+    /// Shares of the contact interval at which the rib begins and ends.
+    rib: (f64, f64),
+}
+
+/// The cross section somewhere.
+struct Plane {
+    frame: Frame,
+    bead: Bead,
+    /// Ends of the rib's two sides at the hub, mm.
+    feet: [Vector3<f64>; 2],
+    /// Height of the rib, mm.
+    height: f64,
+    /// Whether a hub is there.
+    clamped: bool,
+}
+
+impl Tooth {
+    /// The tooth of a pair that belongs to `gear`; `None` with too few stations.
+    pub fn new(pair: &ToothPair, gear: Gear, section: Section, hub: Hub) -> Option<Tooth> {
+        let count = pair.stations.len();
+        let chosen = sweep::chosen(count);
+        let span = rib::span(&chosen);
+        let share = |station: Option<&usize>| Some(*station? as f64 / (count - 1) as f64);
+        let rib = (share(span.first())?, share(span.last())?);
+        let frames = sweep::frames_at(pair, gear, hub.axis, usize::MAX);
+        (frames.len() >= 4).then_some(Tooth {
+            frames,
+            section,
+            hub,
+            rib,
+        })
+    }
+
+    /// Frame at a share of the contact interval: cubic through the four nearest stations.
+    pub fn frame(&self, share: f64) -> Frame {
+        let last = self.frames.len() - 1;
+        let x = share * last as f64;
+        let first = (x as usize).saturating_sub(1).min(last - 3);
+        let near = &self.frames[first..first + 4];
+        let weights: [f64; 4] = std::array::from_fn(|i| {
+            let others = (0..4).filter(|&m| m != i).map(|m| m as f64);
+            let x = x - first as f64;
+            others.map(|m| (x - m) / (i as f64 - m)).product()
+        });
+        let blend = |get: fn(&Frame) -> Vector3<f64>| -> Vector3<f64> {
+            near.iter().zip(weights).map(|(frame, w)| w * get(frame)).sum()
+        };
+        Frame {
+            phi: near.iter().zip(weights).map(|(f, w)| w * f.phi).sum(),
+            p: blend(|f| f.p),
+            n: blend(|f| f.n).normalize(),
+            b: blend(|f| f.b).normalize(),
+            t: blend(|f| f.t).normalize(),
+        }
+    }
+
+    /// The cross section at a share of the contact interval; `None` where the tooth runs straight towards
+    /// the axis.
+    fn plane(&self, share: f64) -> Option<Plane> {
+        let (frame, section, hub) = (self.frame(share), &self.section, &self.hub);
+        let [middle, _, _] = rib::line(&frame, section, hub.axis, 0.0);
+        let outwards = (middle - hub.axis).component_mul(&Vector3::new(1.0, 1.0, 0.0));
+        let radial = outwards.try_normalize(1e-6)?;
+        // Towards the hub within the section, and across the rib.
+        let down = -Vector2::new(radial.dot(&frame.n), radial.dot(&frame.b)).try_normalize(1e-3)?;
+        let across = -down.y * frame.n + down.x * frame.b;
+        let centre = Vector2::new(0.5 * (section.clearance + section.thickness), 0.0);
+        let bead = Bead::new(section, (centre, down), 0.5 * section.rib)?;
+        let [left, right] = bead.chord();
+        let neck = frame.place((0.5 * (left + right)).into());
+        let away = (neck - hub.axis).xy().norm();
+        let drum = hub.radius_at(middle.z);
+        let radius = drum.unwrap_or(hub.foot);
+        let radius = radius.min(away - LEAST_HEIGHT * section.rib).max(0.0);
+        let foot = middle - (outwards.norm() - radius) * radial;
+        let side = 0.5 * section.rib * across;
+        Some(Plane {
+            height: (neck - foot).norm(),
+            frame,
+            bead,
+            feet: [foot + side, foot - side],
+            clamped: drum.is_some(),
+        })
+    }
+
+    /// Height of the rows at the root, mm.
+    fn root_row(&self, plane: &Plane) -> f64 {
+        self.section.rib.min(ROOT_SHARE * plane.height)
+    }
+
+    /// The point of a cross section at `x` across (0 to 1) and `y` upwards, counted in rows of fineness 1.
+    fn point(&self, plane: &Plane, x: f64, y: f64) -> Vector3<f64> {
+        let rows = RIB_ROWS as f64;
+        let place = |v: Vector2<f64>| plane.frame.place(v.into());
+        if y >= rows {
+            return place(plane.bead.at(x, y - rows));
+        }
+        let [left, right] = plane.bead.chord().map(place);
+        let [foot_left, foot_right] = plane.feet;
+        let (root, rest) = (self.root_row(plane), ROOT_ROWS as f64);
+        let height = match y <= rest {
+            true => root * y,
+            false => root * rest + (plane.height - root * rest) * (y - rest) / (rows - rest),
+        };
+        let share = height / plane.height;
+        let foot = foot_left + x * (foot_right - foot_left);
+        foot + share * (left + x * (right - left) - foot)
+    }
+}
+
+/// A point of an element: which, and where on the reference cube.
+pub type Place = (usize, [f64; 3]);
+
+/// A tooth cut into elements.
+#[derive(Debug)]
+pub struct ToothGrid {
+    /// The elements; nodes at the hub are fixed.
+    pub grid: Grid,
+    fineness: usize,
+    /// Shares of the contact interval between the layers.
+    shares: Vec<f64>,
+    /// The layers that the rib carries.
+    carried: Range<usize>,
+}
+
+impl ToothGrid {
+    /// Cuts `tooth`; every element of fineness 1 is cut into `fineness` along each direction. `None` where a
+    /// cross section does not exist or nothing holds the tooth.
+    pub fn new(tooth: &Tooth, fineness: usize) -> Option<ToothGrid> {
+        let (begin, end) = tooth.rib;
+        let mut shares = vec![0.0];
+        let mut add = |to: f64, layers: usize| {
+            let from = shares[shares.len() - 1];
+            let layers = if to > from { layers * fineness } else { 0 };
+            shares.extend((1..=layers).map(|i| from + (to - from) * i as f64 / layers as f64));
+            shares.len() - 1
+        };
+        let first = add(begin, END_LAYERS);
+        let carried = first..add(end, RIB_LAYERS);
+        add(1.0, END_LAYERS);
+        let between = shares.windows(2).map(|s| 0.5 * (s[0] + s[1]));
+        let mut halves = vec![0.0];
+        halves.extend(between.zip(&shares[1..]).flat_map(|(middle, &to)| [middle, to]));
+        let planes: Vec<Plane> = halves.iter().map(|&s| tooth.plane(s)).collect::<Option<_>>()?;
+
+        let fine = fineness as f64;
+        // Columns run from the chord's first end to its other, against the sense from n to b.
+        let mirrored = {
+            let frame = &planes[0].frame;
+            frame.n.cross(&frame.b).dot(&frame.t) > 0.0
+        };
+        let rows = (RIB_ROWS + 1) * fineness;
+        let counts = [fineness, rows, shares.len() - 1];
+        let exists = |[_, row, layer]: [usize; 3]| {
+            row >= RIB_ROWS * fineness || carried.contains(&layer)
+        };
+        let mut grid = Grid::new(counts, exists, |[i, j, k]| {
+            let x = 0.5 * i as f64 / fine;
+            let x = if mirrored { 1.0 - x } else { x };
+            tooth.point(&planes[k], x, 0.5 * j as f64 / fine)
+        });
+        let held = |[_, j, k]: [usize; 3]| j == 0 && planes[k].clamped;
+        for (fixed, half) in grid.fixed.iter_mut().zip(&grid.halves) {
+            *fixed = [held(*half); 3];
+        }
+        Some(ToothGrid {
+            grid,
+            fineness,
+            shares,
+            carried,
+        })
+    }
+
+    /// Weights of the nodes that a force spread evenly over the bead's cross section at a share of the
+    /// contact interval has.
+    ///
+    /// The middle of the section lies on the line of the contact force; what the spot of contact itself gives
+    /// is Hertz's.
+    pub fn section_weights(&self, share: f64) -> Vec<(usize, f64)> {
+        let last = self.shares.len() - 1;
+        let layer = self.shares.partition_point(|&s| s <= share).clamp(1, last) - 1;
+        let (from, to) = (self.shares[layer], self.shares[layer + 1]);
+        let z = 2.0 * (share - from) / (to - from) - 1.0;
+        let mut weights: Vec<(usize, f64)> = Vec::new();
+        let mut area = 0.0;
+        let rib_rows = RIB_ROWS * self.fineness;
+        for (element, cell) in self.grid.cells.iter().enumerate() {
+            if cell[2] != layer || cell[1] < rib_rows {
+                continue;
+            }
+            for [x, y, _] in &elements::points()[..4] {
+                let at = [*x, *y, z];
+                let corners = self.grid.corners(element);
+                let slopes = elements::slopes(at);
+                let along = |axis: usize| -> Vector3<f64> {
+                    corners.iter().zip(&slopes).map(|(c, s)| s[axis] * c).sum()
+                };
+                let piece = along(0).cross(&along(1)).norm();
+                area += piece;
+                let nodes = self.grid.elements[element].iter();
+                weights.extend(nodes.zip(elements::shape(at)).map(|(&n, w)| (n, piece * w)));
+            }
+        }
+        weights.iter_mut().for_each(|(_, w)| *w /= area);
+        weights
+    }
+
+    /// Pairs of places on both sides of the rib over its foot, half as high and one and a half times as high
+    /// as a root row: stress at the root is extrapolated from them, beyond the reach of the clamp's corner.
+    pub fn over_the_root(&self) -> Vec<[Vec<Place>; 2]> {
+        let along = 1.0 / 3.0_f64.sqrt();
+        let mut pairs = Vec::new();
+        for layer in self.carried.clone() {
+            for (column, x) in self.sides() {
+                for z in [-along, along] {
+                    let at = |row: f64| -> Vec<Place> {
+                        let places = self.either_side(row);
+                        let place = |(row, y): (usize, f64)| {
+                            Some((self.element([column, row, layer])?, [x, y, z]))
+                        };
+                        places.into_iter().filter_map(place).collect()
+                    };
+                    pairs.push([at(0.5), at(1.5)]);
+                }
+            }
+        }
+        pairs
+    }
+
+    /// The same at the ends of the rib, on the bead that stands out beyond: a quarter and three quarters of
+    /// its length from the rib.
+    pub fn beside_the_rib(&self) -> Vec<[Vec<Place>; 2]> {
+        let mut pairs = Vec::new();
+        let fine = self.fineness;
+        let (first, last) = (self.carried.start, self.carried.end);
+        let ends = [(first, true), (self.shares.len() - 1 - last, false)];
+        for (_, before) in ends.into_iter().filter(|(layers, _)| *layers > 0) {
+            for row in RIB_ROWS * fine..(RIB_ROWS + 1) * fine {
+                for (column, x) in self.sides() {
+                    let at = |away: f64| -> Vec<Place> {
+                        let place = |(layers, z): (usize, f64)| {
+                            let (layer, z) = match before {
+                                true => (first - 1 - layers, -z),
+                                false => (last + layers, z),
+                            };
+                            Some((self.element([column, row, layer])?, [x, 0.0, z]))
+                        };
+                        self.either_side(away).into_iter().filter_map(place).collect()
+                    };
+                    pairs.push([at(0.5), at(1.5)]);
+                }
+            }
+        }
+        pairs
+    }
+
+    /// Both outermost columns with the outer side's place on the reference cube.
+    fn sides(&self) -> [(usize, f64); 2] {
+        [(0, -1.0), (self.fineness - 1, 1.0)]
+    }
+
+    /// Cells and places in them that lie at `coarse` cells of fineness 1: two where that is between cells.
+    fn either_side(&self, coarse: f64) -> Vec<(usize, f64)> {
+        let fine = coarse * self.fineness as f64;
+        match fine.fract() == 0.0 {
+            true => vec![(fine as usize - 1, 1.0), (fine as usize, -1.0)],
+            false => vec![(fine as usize, 2.0 * fine.fract() - 1.0)],
+        }
+    }
+
+    fn element(&self, cell: [usize; 3]) -> Option<usize> {
+        // Cells are in order: the first coordinate fastest, then the second.
+        let key = |c: &[usize; 3]| [c[2], c[1], c[0]];
+        let found = self.grid.cells.binary_search_by_key(&key(&cell), key);
+        found.ok()
+    }
+}
