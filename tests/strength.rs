@@ -1,7 +1,7 @@
 //! probe
 use mpcgear::design::{Gear, Stored};
 use mpcgear::load::Material;
-use mpcgear::strength::tooth_grid::{Tooth, ToothGrid};
+use mpcgear::strength::tooth_grid::Tooth;
 use mpcgear::strength::{Hub, Teeth, ToothStrength};
 use std::path::Path;
 
@@ -17,19 +17,14 @@ fn probe() {
             for (k, j) in [(0, 0), (1, 3), (3, 7)] {
                 let pair = &design.sub_gear_pairs[k];
                 let tooth = Tooth::new(&pair.teeth[j], gear, design.section_of(pair), Hub::of(&design, gear)).unwrap();
-                for fineness in [1, 2, 3] {
-                    let t = std::time::Instant::now();
-                    let Some(s) = ToothStrength::of(&tooth, Material::Pla, fineness) else {
-                        println!("{gear:?} {k} {j} {fineness} none: grid {}", ToothGrid::new(&tooth, fineness).is_some());
-                        continue;
-                    };
-                    println!(
-                        "{gear:?} {k} {j} {fineness} {:.1?} k {:.1?} s {:.2?} z {:.2?}",
-                        t.elapsed(),
-                        s.responses.iter().map(|r| 1.0 / r.compliance).collect::<Vec<_>>(),
-                        s.responses.iter().map(|r| r.stress).collect::<Vec<_>>(),
-                        s.responses.iter().map(|r| r.tension_across_layers).collect::<Vec<_>>()
-                    );
+                let t = std::time::Instant::now();
+                let s = [1, 2, 3].map(|f| ToothStrength::of(&tooth, Material::Pla, f));
+                let all: Vec<_> = s.into_iter().flatten().collect();
+                println!("{gear:?} {k} {j} {:.1?}", t.elapsed());
+                for i in [0, 2, 4, 6, 8] {
+                    let r = |f: usize| all[f].responses[i];
+                    let t = |f: fn(&mpcgear::strength::tooth::Response) -> f64| [0,1,2].map(|i| (f(&r(i))*1000.0).round()/1000.0);
+                    println!("   {:?} {:?} {:?}", t(|r| 1.0 / r.compliance), t(|r| r.stress), t(|r| r.tension_across_layers));
                 }
             }
         }

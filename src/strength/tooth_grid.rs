@@ -19,12 +19,21 @@ use crate::solid::sweep::{self, Frame};
 const END_LAYERS: usize = 2;
 const RIB_LAYERS: usize = 6;
 
-/// Rows of the rib at fineness 1: two at the root, as high as the rib is thick, and two above.
-const ROOT_ROWS: usize = 2;
-const RIB_ROWS: usize = 4;
+/// Heights of the rows at the rib's root, in its thickness, at fineness 1: the second lies half a thickness
+/// above the hub, the fourth one and a half.
+const ROOT: [f64; 5] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 4.0 / 3.0, 5.0 / 3.0];
 
-/// Of the height of a low rib, a row at the root takes no more than this share.
-const ROOT_SHARE: f64 = 0.3;
+/// Middles of those two, counted in rows.
+const READ_AT: [f64; 2] = [1.5, 3.5];
+
+/// Rows of the rib above, and rows of the bead.
+const UPPER_ROWS: usize = 2;
+const BEAD_ROWS: usize = 2;
+
+const RIB_ROWS: usize = ROOT.len() - 1 + UPPER_ROWS;
+
+/// What counts as the thickness of a low rib, as a share of its height.
+const ROOT_SHARE: f64 = 0.4;
 
 /// Least height of a rib as a share of its thickness: where a bead nearly touches the hub, the hub is taken
 /// as so much smaller.
@@ -121,9 +130,14 @@ impl Tooth {
         })
     }
 
-    /// Height of the rows at the root, mm.
-    fn root_row(&self, plane: &Plane) -> f64 {
-        self.section.rib.min(ROOT_SHARE * plane.height)
+    /// Height over the hub, mm, at `y` rows of fineness 1.
+    fn height(&self, plane: &Plane, y: f64) -> f64 {
+        let root = self.section.rib.min(ROOT_SHARE * plane.height);
+        let rest = ROOT.len() - 1;
+        let i = (y as usize).min(rest - 1);
+        let below = root * (ROOT[i] + (y - i as f64).min(1.0) * (ROOT[i + 1] - ROOT[i]));
+        let above = (y - rest as f64).max(0.0) / UPPER_ROWS as f64;
+        below + above * (plane.height - root * ROOT[rest])
     }
 
     /// The point of a cross section at `x` across (0 to 1) and `y` upwards, counted in rows of fineness 1.
@@ -131,16 +145,11 @@ impl Tooth {
         let rows = RIB_ROWS as f64;
         let place = |v: Vector2<f64>| plane.frame.place(v.into());
         if y >= rows {
-            return place(plane.bead.at(x, y - rows));
+            return place(plane.bead.at(x, (y - rows) / BEAD_ROWS as f64));
         }
         let [left, right] = plane.bead.chord().map(place);
         let [foot_left, foot_right] = plane.feet;
-        let (root, rest) = (self.root_row(plane), ROOT_ROWS as f64);
-        let height = match y <= rest {
-            true => root * y,
-            false => root * rest + (plane.height - root * rest) * (y - rest) / (rows - rest),
-        };
-        let share = height / plane.height;
+        let share = self.height(plane, y) / plane.height;
         let foot = foot_left + x * (foot_right - foot_left);
         foot + share * (left + x * (right - left) - foot)
     }
@@ -187,7 +196,7 @@ impl ToothGrid {
             let frame = &planes[0].frame;
             frame.n.cross(&frame.b).dot(&frame.t) > 0.0
         };
-        let rows = (RIB_ROWS + 1) * fineness;
+        let rows = (RIB_ROWS + BEAD_ROWS) * fineness;
         let counts = [fineness, rows, shares.len() - 1];
         let exists = |[_, row, layer]: [usize; 3]| {
             row >= RIB_ROWS * fineness || carried.contains(&layer)
@@ -258,7 +267,7 @@ impl ToothGrid {
                         };
                         places.into_iter().filter_map(place).collect()
                     };
-                    pairs.push([at(0.5), at(1.5)]);
+                    pairs.push(READ_AT.map(at));
                 }
             }
         }
@@ -273,7 +282,7 @@ impl ToothGrid {
         let (first, last) = (self.carried.start, self.carried.end);
         let ends = [(first, true), (self.shares.len() - 1 - last, false)];
         for (_, before) in ends.into_iter().filter(|(layers, _)| *layers > 0) {
-            for row in RIB_ROWS * fine..(RIB_ROWS + 1) * fine {
+            for row in RIB_ROWS * fine..(RIB_ROWS + BEAD_ROWS) * fine {
                 for (column, x) in self.sides() {
                     let at = |away: f64| -> Vec<Place> {
                         let place = |(layers, z): (usize, f64)| {
