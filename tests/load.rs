@@ -8,7 +8,9 @@ use mpcgear::closure;
 use mpcgear::design::Design;
 use mpcgear::load::contacts::Configuration;
 use mpcgear::load::hertz::{effective_modulus, patch};
-use mpcgear::load::{ExtraLoad, Load, Material, PayloadLimit, Sampling, analyse, sensitivity};
+use mpcgear::load::{
+    ExtraLoad, Load, Material, PayloadLimit, Sampling, analyse, analyse_rigid, sensitivity,
+};
 use mpcgear::motion::{Class, Motion};
 use nalgebra::Vector3;
 
@@ -492,7 +494,7 @@ fn contacts_flatten_with_the_cube_root_of_the_square_of_the_load() {
             gravity: [1.0, 0.5, 0.0],
             ..Load::default()
         };
-        let report = analyse(&pair, &m, &load, sampling(7)).expect("closed");
+        let report = analyse_rigid(&pair, &m, &load, sampling(7)).expect("closed");
         report
             .samples
             .into_iter()

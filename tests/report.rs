@@ -226,6 +226,7 @@ fn a_browser_shows_the_mechanism_moves_it_and_plots_the_figures() {
             "force",
             "torque",
             "pressure",
+            "root",
             "play",
             "play_turn"
         ]
@@ -272,6 +273,7 @@ fn pictures_need_no_browser_and_are_not_blank() {
             "force",
             "torque",
             "pressure",
+            "root",
             "play",
             "play_turn"
         ]

@@ -24,7 +24,7 @@ pub struct Measure {
 
 /// All of them. `null` where a figure does not exist: no torque where friction jams, no bodies, no weight.
 #[rustfmt::skip]
-pub const MEASURES: [Measure; 21] = [
+pub const MEASURES: [Measure; 23] = [
     measure("q_min", "", "least hold over the period"),
     measure("q_star_min", "", "the same with moments divided by L/2: compares between sizes and classes"),
     measure("eta_min", "", "least quality of the hold"),
@@ -37,7 +37,9 @@ pub const MEASURES: [Measure; 21] = [
     measure("play_mm", "mm", "largest play of the load point in the flank gaps"),
     measure("play_deg", "deg", "largest play of the follower as an angle"),
     measure("sag_mm", "mm", "largest displacement of the load point within the play, where the load leaves it"),
-    measure("deflection_mm", "mm", "largest displacement of the load point by the flattening of the contacts"),
+    measure("deflection_mm", "mm", "largest displacement of the load point as contacts flatten and teeth bend"),
+    measure("root_stress_mpa", "MPa", "largest stress at the root of a tooth under the payload of the motion file"),
+    measure("tooth_stiffness_n_per_mm", "N/mm", "least stiffness of a tooth along the contact normal"),
     measure("width_mm", "mm", "room along x over a whole turn"),
     measure("depth_mm", "mm", "room along y"),
     measure("height_mm", "mm", "room along z"),
@@ -106,8 +108,6 @@ pub fn figures(
 
 fn loaded(report: &LoadReport) -> Figures {
     let grams = 1000.0 * report.payload_max;
-    let mut samples = report.samples.iter();
-    let deflection = samples.try_fold(0.0, |most: f64, s| Some(most.max(s.deflection?)));
     let sag = report.samples.iter().map(|s| s.sag).fold(0.0, f64::max);
     Figures::from([
         ("payload_g", Some(grams.min(UNLIMITED_G))),
@@ -118,7 +118,12 @@ fn loaded(report: &LoadReport) -> Figures {
         ("play_mm", Some(report.play_point_max)),
         ("play_deg", Some(report.play_turn_max.to_degrees())),
         ("sag_mm", Some(sag)),
-        ("deflection_mm", deflection),
+        ("deflection_mm", report.deflection_max_mm),
+        ("root_stress_mpa", report.root_stress_max_mpa),
+        (
+            "tooth_stiffness_n_per_mm",
+            report.tooth_stiffness_min_n_per_mm,
+        ),
     ])
 }
 

@@ -157,6 +157,13 @@ pub fn plots(input: &ReportInput) -> Vec<Plot> {
             per_pair(&|c| c.pressure.unwrap_or(f64::NAN)),
         );
         add(
+            "root",
+            "Stress at the roots of the teeth",
+            "Of the driver's or the follower's tooth, whichever is larger (finite elements).",
+            "MPa",
+            per_pair(&|c| c.root_stress.map_or(f64::NAN, |both| both[0].max(both[1]))),
+        );
+        add(
             "play",
             "Play at the load point",
             "How far the end-effector can be wiggled with the motor held, because the teeth are built with a small gap.",

@@ -253,8 +253,44 @@ pub fn load(settings: &Load, load: &LoadReport) -> Vec<Figure> {
             Some(PayloadLimit::Patch) => {
                 "Then the first contact patch reaches the edge of its flank."
             }
+            Some(PayloadLimit::RootStress) => "Then the first tooth yields at its root.",
             None => "The weight does not load the contacts.",
         },
+    );
+    if let Some(tooth) = load.payload_tooth {
+        add("… limited at", tooth.to_string(), "", "");
+    }
+    add(
+        "Largest root stress",
+        optional(load.root_stress_max_mpa, 3),
+        "MPa",
+        match load.root_stress_max_mpa {
+            Some(stress) if stress > load.root_stress_allowed_mpa => {
+                "By finite elements, across layers counted as along them: too much."
+            }
+            _ => "By finite elements, across layers counted as along them.",
+        },
+    );
+    add(
+        "… allowed",
+        rounded(load.root_stress_allowed_mpa, 3),
+        "MPa",
+        "For the material chosen, along its layers.",
+    );
+    add(
+        "Least stiffness of a tooth",
+        optional(load.tooth_stiffness_min_n_per_mm, 3),
+        "N/mm",
+        "Along the contact normal, with its rib.",
+    );
+    if let Some(tooth) = load.softest_tooth {
+        add("… of", tooth.to_string(), "", "");
+    }
+    add(
+        "Load point gives by up to",
+        optional(load.deflection_max_mm, 3),
+        "mm",
+        "Contacts flatten, teeth bend; hubs and frame are rigid.",
     );
     add(
         "Largest contact pressure",

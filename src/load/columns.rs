@@ -1,11 +1,11 @@
 //! Load figures as a table over the driver angle.
 
-use super::{LoadReport, LoadSample};
+use super::{ContactLoad, LoadReport, LoadSample};
 use crate::table::Table;
 
 impl LoadReport {
-    /// One row per sample, or per `every` samples: angle, contact forces and pressures, torques,
-    /// largest payload, play. A dash stands where there is none (jammed, unlimited, no point contact).
+    /// One row per sample, or per `every` samples: angle, contact forces and pressures, root
+    /// stresses, torques, largest payload, play, deflection. A dash stands where there is none (jammed, unlimited, no point contact).
     pub fn table(&self, every: usize) -> Table {
         let pairs = self.samples.first().map_or(0, |s| s.contacts.len());
         let numbered = |what: &str, unit: &str| -> Vec<String> {
@@ -20,6 +20,7 @@ impl LoadReport {
                 .collect(),
             numbered("force", "N"),
             numbered("pressure", "MPa"),
+            numbered("root", "MPa"),
             fixed(&[
                 "torque Nmm",
                 "with friction Nmm",
@@ -27,6 +28,7 @@ impl LoadReport {
                 "play deg",
                 "play mm",
                 "sag mm",
+                "deflection mm",
             ]),
         ];
         Table {
@@ -49,6 +51,8 @@ fn row(s: &LoadSample) -> Vec<String> {
     cells.extend(s.contacts.iter().map(|c| (c.tooth + 1).to_string()));
     cells.extend(s.contacts.iter().map(|c| number(Some(c.force), 3)));
     cells.extend(s.contacts.iter().map(|c| number(c.pressure, 2)));
+    let root = |c: &ContactLoad| c.root_stress.map(|both| f64::max(both[0], both[1]));
+    cells.extend(s.contacts.iter().map(|c| number(root(c), 2)));
     cells.extend([
         number(Some(s.torque), 2),
         number(s.torque_with_friction, 2),
@@ -56,6 +60,7 @@ fn row(s: &LoadSample) -> Vec<String> {
         number(Some(s.play_turn.to_degrees()), 3),
         number(Some(s.play_point), 3),
         number(Some(s.sag), 3),
+        number(s.deflection, 3),
     ]);
     cells
 }

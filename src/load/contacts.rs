@@ -23,6 +23,8 @@ pub struct Contact {
     pub pair: usize,
     /// Tooth j, from 0.
     pub tooth: usize,
+    /// Where it is along its tooth: share of the contact interval, from 0 to 1.
+    pub share: f64,
     /// Contact point in Σ, mm.
     pub p: Vector3<f64>,
     /// Unit contact normal in Σ, into the follower.
@@ -206,6 +208,7 @@ fn contact(
     Some(Contact {
         pair: 0,
         tooth: 0,
+        share: x / (count - 1) as f64,
         p,
         n,
         tangents,

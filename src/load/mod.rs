@@ -1,5 +1,5 @@
 //! What the mechanism carries: contact forces, driver torque, payload, efficiency, contact stress,
-//! play and sensitivity to assembly errors.
+//! root stress, deflection, play and sensitivity to assembly errors.
 //!
 //! Quasi-static, first order in gaps and errors. The pin or ball of the joint takes what lies
 //! outside span(U) and is taken as free of friction.
@@ -10,6 +10,7 @@ pub mod efficiency;
 pub mod forces;
 pub mod hertz;
 mod material;
+mod payload;
 pub mod play;
 pub mod sensitivity;
 mod settings;
@@ -22,35 +23,15 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 pub use material::Material;
+pub use payload::{PayloadLimit, ToothName};
 pub use settings::{ExtraLoad, Load};
 
 use crate::design::Design;
 use crate::motion::{Class, Motion};
+use crate::strength::Teeth;
 use crate::{Error, Result};
 use contacts::Configuration;
 use wrench::Wrench;
-
-/// What limits the payload.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PayloadLimit {
-    /// The contact force limit of the settings.
-    Force,
-    /// The Hertz pressure that the weaker material bears.
-    Pressure,
-    /// The contact patch, which would grow over the end of a flank.
-    Patch,
-}
-
-impl std::fmt::Display for PayloadLimit {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            PayloadLimit::Force => "the contact force limit",
-            PayloadLimit::Pressure => "the contact pressure that the material bears",
-            PayloadLimit::Patch => "the contact patch, which reaches the edge of a flank",
-        })
-    }
-}
 
 /// Load on one contact.
 #[derive(Debug, Clone, Serialize)]
@@ -65,6 +46,9 @@ pub struct ContactLoad {
     pub force: f64,
     /// Largest Hertz pressure, MPa; 0 without force, `None` where the flanks do not form a point contact.
     pub pressure: Option<f64>,
+    /// Stress at the root of the driver's and of the follower's tooth, MPa, as [`crate::strength`] has it:
+    /// counted as along the layers of a print. `None` where teeth are not looked into.
+    pub root_stress: Option<[f64; 2]>,
 }
 
 /// Everything at one driver angle.
@@ -82,21 +66,23 @@ pub struct LoadSample {
     pub torque_with_friction: Option<f64>,
     /// Relative error of the force equilibrium.
     pub equilibrium_error: f64,
-    /// Largest payload within the force limit and the allowed pressure, kg; infinite where weight
+    /// Largest payload within the force limit, the allowed pressure and the strength of the teeth, kg; infinite where weight
     /// does not load the contacts, `None` when even the extra load alone exceeds a limit.
     pub payload: Option<f64>,
     /// Which limit that is; `None` where the payload is unlimited. Contacts that are no point
     /// contacts have the force limit only.
     pub payload_limit: Option<PayloadLimit>,
+    /// Tooth at which it is reached.
+    pub payload_tooth: Option<ToothName>,
     /// Free turn of the follower in the gap, rad.
     pub play_turn: f64,
     /// Free displacement of the load point in the gap, mm.
     pub play_point: f64,
     /// Displacement of the load point where the load leaves it, mm.
     pub sag: f64,
-    /// Displacement of the load point along gravity as the contacts flatten under its weight (Hertz, by
-    /// virtual work), mm; `None` without weight, with extra loads, or where flanks form no point contact.
-    /// Teeth, ribs and necks are taken as rigid.
+    /// Displacement of the load point along gravity under its weight, mm, by virtual work: contacts flatten
+    /// (Hertz) and teeth bend with their ribs ([`crate::strength`]), one behind the other. `None` without weight,
+    /// with extra loads, or where flanks form no point contact. Hubs, shaft and frame are taken as rigid.
     pub deflection: Option<f64>,
 }
 
@@ -118,6 +104,18 @@ pub struct LoadReport {
     pub payload_max: f64,
     /// Which limit that is; `None` where the payload is unlimited.
     pub payload_limit: Option<PayloadLimit>,
+    /// Tooth at which it is reached.
+    pub payload_tooth: Option<ToothName>,
+    /// Largest stress at the root of a tooth, MPa; `None` where teeth are not looked into.
+    pub root_stress_max_mpa: Option<f64>,
+    /// What the weaker of both materials bears there, MPa.
+    pub root_stress_allowed_mpa: f64,
+    /// Least stiffness of a tooth along the contact normal, anywhere on it, N/mm; `None` as above.
+    pub tooth_stiffness_min_n_per_mm: Option<f64>,
+    /// Which tooth that is.
+    pub softest_tooth: Option<ToothName>,
+    /// Largest [`LoadSample::deflection`], mm; `None` where one of them is.
+    pub deflection_max_mm: Option<f64>,
     /// Largest Hertz pressure, MPa; `None` where some loaded contact is no point contact.
     pub pressure_max: Option<f64>,
     /// What the weaker of both materials bears without yielding, MPa.
@@ -180,7 +178,8 @@ pub fn lengths(class: Class, center_distance: f64) -> DVector<f64> {
     lengths
 }
 
-/// Carries `load` with `design`, whose motion is `motion`, at every angle of `sampling`.
+/// Carries `load` with `design`, whose motion is `motion`, at every angle of `sampling`. Teeth that cannot be cut
+/// into elements leave stress, stiffness and deflection unknown.
 ///
 /// # Errors
 /// [`Error::Infeasible`] where the contacts cannot hold the load (no form closure) or a tooth is
@@ -191,6 +190,44 @@ pub fn analyse(
     load: &Load,
     sampling: Sampling,
 ) -> Result<LoadReport> {
+    let teeth = Teeth::of(design, [load.driver_material, load.follower_material]);
+    let mut report = carried((design, motion), load, sampling, teeth.as_ref())?;
+    match teeth.and_then(|teeth| teeth.softest()) {
+        Some((stiffness, gear, [pair, tooth])) => {
+            report.tooth_stiffness_min_n_per_mm = Some(stiffness);
+            report.softest_tooth = Some(ToothName {
+                gear: Some(gear),
+                pair,
+                tooth,
+            });
+        }
+        None => {
+            report.samples.iter_mut().for_each(|s| s.deflection = None);
+            report.deflection_max_mm = None;
+        }
+    }
+    Ok(report)
+}
+
+/// The same with teeth that neither give nor break: a tenth of the work.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_rigid(
+    design: &Design,
+    motion: &Motion,
+    load: &Load,
+    sampling: Sampling,
+) -> Result<LoadReport> {
+    carried((design, motion), load, sampling, None)
+}
+
+fn carried(
+    (design, motion): (&Design, &Motion),
+    load: &Load,
+    sampling: Sampling,
+    teeth: Option<&Teeth>,
+) -> Result<LoadReport> {
     let problems = load.problems();
     if !problems.is_empty() {
         return Err(Error::Input {
@@ -200,12 +237,20 @@ pub fn analyse(
     }
     let samples = sampling
         .angles()
-        .map(|phi| sample(design, load, &Configuration::at(design, motion, phi)?))
+        .map(|phi| {
+            let at = Configuration::at(design, motion, phi)?;
+            sample(design, load, &at, teeth)
+        })
         .collect::<Result<Vec<_>>>()?;
     Ok(summarise(load, samples))
 }
 
-fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample> {
+fn sample(
+    design: &Design,
+    load: &Load,
+    at: &Configuration,
+    teeth: Option<&Teeth>,
+) -> Result<LoadSample> {
     let open = || {
         Error::Infeasible {
         reason: "the contacts cannot hold the load".into(),
@@ -225,7 +270,7 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
     let normals: Vec<_> = at.contacts.iter().map(|c| c.n).collect();
     let play = play::play(at, design.section.clearance, unit.point, &total).ok_or_else(open)?;
     let modulus = hertz::effective_modulus(load.driver_material, load.follower_material);
-    // Work done on the contacts that bear something, as they flatten.
+    // Work done on the contacts that bear something, as they flatten and their teeth bend.
     let mut work = Some(0.0);
     let mut contacts = Vec::with_capacity(at.contacts.len());
     for (c, &force) in at.contacts.iter().zip(&balance.forces) {
@@ -235,7 +280,14 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
             pressure = patch.map(|p| p.pressure);
             work = work.zip(patch).map(|(sum, p)| sum + force * p.approach);
         }
+        let responses = teeth.map(|teeth| {
+            let both = teeth.tooth(c.pair, c.tooth).each_ref();
+            both.map(|tooth| tooth.at(c.share))
+        });
+        let bent = responses.map_or(0.0, |both| both.iter().map(|r| force * r.compliance).sum());
+        work = work.map(|sum| sum + force * bent);
         contacts.push(ContactLoad {
+            root_stress: responses.map(|both| both.map(|r| force * r.stress)),
             tooth: c.tooth,
             p: c.p.into(),
             n: c.n.into(),
@@ -244,9 +296,8 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
         });
     }
     let weight = mass * wrench::GRAVITY;
-    let (payload, payload_limit) = payload(
-        load,
-        (at, modulus),
+    let payload = payload::largest(
+        (load, at, teeth),
         (&columns, &lengths),
         (&unit_projected, &extra_projected),
     );
@@ -258,8 +309,9 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
         torque_with_friction: efficiency::sliding_balance(at, &total, (load.friction, &lengths))
             .map(|(_, t)| t),
         equilibrium_error: balance.residual,
-        payload,
-        payload_limit,
+        payload: payload.kg,
+        payload_limit: payload.limit,
+        payload_tooth: payload.tooth,
         play_turn: play.turn,
         play_point: play.point,
         sag: play.sag,
@@ -267,39 +319,6 @@ fn sample(design: &Design, load: &Load, at: &Configuration) -> Result<LoadSample
             .filter(|_| weight > 0.0 && load.extra.is_empty())
             .map(|work| work / weight),
     })
-}
-
-/// Largest payload at one angle, kg, and what limits it; as [`LoadSample::payload`].
-fn payload(
-    load: &Load,
-    (at, modulus): (&Configuration, f64),
-    (columns, lengths): (&[DVector<f64>], &DVector<f64>),
-    wrenches: (&DVector<f64>, &DVector<f64>),
-) -> (Option<f64>, Option<PayloadLimit>) {
-    let limit = load.force_limit_n;
-    let allowed = load.pressure_allowed();
-    let contacts = at.contacts.iter();
-    let bearable: Vec<_> = contacts
-        .map(|c| hertz::bearable(c, allowed, modulus))
-        .collect();
-    // Forces are counted in shares of what their contact bears.
-    let largest = |bears: &dyn Fn(hertz::Bearable) -> f64| {
-        let share = |b: &Option<hertz::Bearable>| b.map_or(1.0, |b| (bears(b) / limit).min(1.0));
-        let weaker = columns.iter().zip(&bearable).map(|(c, b)| c * share(b));
-        forces::largest_payload(&weaker.collect::<Vec<_>>(), wrenches, lengths, limit)
-    };
-    let by_force = largest(&|_| limit);
-    let by_pressure = largest(&|b| b.by_pressure);
-    let by_all = largest(&|b| b.by_pressure.min(b.by_patch));
-    let kept =
-        |more: Option<f64>| matches!((more, by_all), (Some(m), Some(a)) if a >= m * (1.0 - 1e-6));
-    let governs = match by_all {
-        Some(kg) if kg.is_infinite() => None,
-        _ if by_force.is_none() || kept(by_force) => Some(PayloadLimit::Force),
-        _ if by_pressure.is_none() || kept(by_pressure) => Some(PayloadLimit::Pressure),
-        _ => Some(PayloadLimit::Patch),
-    };
-    (by_all, governs)
 }
 
 fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
@@ -327,6 +346,19 @@ fn summarise(load: &Load, samples: Vec<LoadSample>) -> LoadReport {
             .map(|spent| useful / spent),
         payload_max: least.map_or(f64::INFINITY, |s| s.payload.unwrap_or(0.0)),
         payload_limit: least.and_then(|s| s.payload_limit),
+        payload_tooth: least.and_then(|s| s.payload_tooth),
+        root_stress_max_mpa: all(&|s| {
+            s.contacts.iter().try_fold(0.0, |m: f64, c| {
+                Some(c.root_stress?.into_iter().fold(m, f64::max))
+            })
+        }),
+        root_stress_allowed_mpa: [load.driver_material, load.follower_material]
+            .map(Material::yield_strength)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min),
+        tooth_stiffness_min_n_per_mm: None,
+        softest_tooth: None,
+        deflection_max_mm: all(&|s| s.deflection),
         pressure_max: all(&|s| {
             s.contacts
                 .iter()

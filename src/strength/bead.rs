@@ -119,7 +119,11 @@ mod tests {
             // The cells' areas are what the path and its chord enclose.
             let area = |corners: &[Vector2<f64>]| -> f64 {
                 let next = corners.iter().cycle().skip(1);
-                0.5 * corners.iter().zip(next).map(|(a, b)| a.perp(b)).sum::<f64>()
+                0.5 * corners
+                    .iter()
+                    .zip(next)
+                    .map(|(a, b)| a.perp(b))
+                    .sum::<f64>()
             };
             let n = 40;
             let mut sum = 0.0;

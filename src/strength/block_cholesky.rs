@@ -55,17 +55,6 @@ impl BlockTridiagonal {
 /// A view of which rows and columns are known at run time only.
 type View<'a> = DMatrixViewMut<'a, f64, nalgebra::U1, nalgebra::Dyn>;
 
-trait AsViewMut {
-    fn as_view_mut(&mut self) -> View<'_>;
-}
-
-impl AsViewMut for DMatrix<f64> {
-    fn as_view_mut(&mut self) -> View<'_> {
-        let shape = self.shape();
-        self.view_mut((0, 0), shape)
-    }
-}
-
 /// Replaces the lower half of a matrix by its Cholesky factor.
 fn factor(mut a: View) -> Option<()> {
     let n = a.nrows();

@@ -24,14 +24,21 @@ impl Hub {
     pub fn of(design: &Design, gear: Gear) -> Hub {
         let named = |name: &str, otherwise: f64| {
             let mut rows = design.recipe.parameters.iter();
-            rows.find(|row| row.name == name).map_or(otherwise, |row| row.value)
+            rows.find(|row| row.name == name)
+                .map_or(otherwise, |row| row.value)
         };
         let settings = &design.settings;
         let (radius, collar) = match gear {
-            Gear::Driver => (named("driver_hub_radius", settings.hub.driver_radius_mm), None),
+            Gear::Driver => (
+                named("driver_hub_radius", settings.hub.driver_radius_mm),
+                None,
+            ),
             Gear::Follower => {
                 let least = settings.hub.follower_radius_mm;
-                let collar = (named("drum_start", 0.0), named("follower_collar_radius", least));
+                let collar = (
+                    named("drum_start", 0.0),
+                    named("follower_collar_radius", least),
+                );
                 (
                     named("follower_hub_radius", least),
                     design.class.is_spherical().then_some(collar),

@@ -163,7 +163,15 @@ pub fn stress(
 pub fn between_points(stresses: &[Matrix3<f64>; POINTS], x: [f64; 3]) -> Matrix3<f64> {
     let ends = points();
     let weight = |point: &[f64; 3]| -> f64 {
-        point.iter().zip(x).map(|(p, x)| 0.5 * (1.0 + x / p)).product()
+        point
+            .iter()
+            .zip(x)
+            .map(|(p, x)| 0.5 * (1.0 + x / p))
+            .product()
     };
-    stresses.iter().zip(&ends).map(|(stress, point)| weight(point) * stress).sum()
+    stresses
+        .iter()
+        .zip(&ends)
+        .map(|(stress, point)| weight(point) * stress)
+        .sum()
 }

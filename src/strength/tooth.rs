@@ -1,30 +1,30 @@
 //! Stiffness and root stress of single teeth under a force at the contact.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::Hub;
 use super::elastic_body::{ElasticBody, Forces};
-use super::elements::{self, Elasticity};
-use super::tooth_grid::{Place, Tooth, ToothGrid};
+use super::elements::Elasticity;
+use super::tooth_grid::{Tooth, ToothGrid};
 use crate::design::{Design, Gear};
 use crate::load::Material;
 
 /// Places along a tooth at which it is loaded, both ends included.
 pub const PLACES: usize = 9;
 
-/// Most of two grids' elements along each direction of one: what [`Teeth`] are cut into.
-const FINENESS: usize = 1;
+/// How finely [`Teeth`] are cut: stiffness is within 5 % of that of grids three times as fine, stress within
+/// 10 % at the root and 25 % beside the rib's ends.
+pub const FINENESS: usize = 1;
 
 /// What a force of 1 N along the contact normal does at one place of a tooth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
     /// Deflection along the normal, mm/N.
     pub compliance: f64,
-    /// Largest equivalent stress (von Mises) at the root or where the rib ends under the bead, MPa/N.
+    /// Largest stress at the root or where the rib ends under the bead, MPa/N: the equivalent stress (von
+    /// Mises), or tension across the layers of a print divided by the share of strength that is left there.
     pub stress: f64,
-    /// Largest tension there along the gear's axis, across the layers of a print, MPa/N.
-    pub tension_across_layers: f64,
 }
 
 /// How one tooth gives.
@@ -43,27 +43,14 @@ impl ToothStrength {
         let body = ElasticBody::new(&cut.grid, elasticity)?;
         let cases: Vec<Forces> = places().map(|share| forces(tooth, &cut, share)).collect();
         let moved = body.solve(&cases)?;
-        let hot_spots = [cut.over_the_root(), cut.beside_the_rib()].concat();
-        let mut used: Vec<usize> = hot_spots.iter().flatten().flatten().map(|p| p.0).collect();
-        used.sort_unstable();
-        used.dedup();
-        let response = |(forces, moved): (&Forces, &Vec<_>)| {
-            let stresses: Vec<_> = used.iter().map(|&e| body.stresses(e, moved)).collect();
-            let at = |(element, x): &Place| {
-                let i = used.partition_point(|e| e < element);
-                elements::between_points(&stresses[i], *x)
-            };
-            let mean = |places: &Vec<Place>| -> Matrix3<f64> {
-                places.iter().map(at).sum::<Matrix3<f64>>() / places.len() as f64
-            };
-            let spots = hot_spots.iter().map(|[near, far]| extrapolated(mean(near), mean(far)));
-            let (stress, tension) = spots.fold((0.0, 0.0), |(stress, tension), spot| {
-                (f64::max(stress, equivalent(&spot)), f64::max(tension, spot.m33))
-            });
+        // Gears are printed with their axis upright.
+        let across = material.strength_across_layers();
+        let response = |(forces, moved): (&Forces, &Vec<Vector3<f64>>)| {
+            let spots = cut.hottest(|element| body.stresses(element, moved));
+            let stresses = spots.map(|spot| equivalent(&spot).max(spot.m33 / across));
             Response {
                 compliance: forces.iter().map(|(node, f)| f.dot(&moved[*node])).sum(),
-                stress,
-                tension_across_layers: tension,
+                stress: stresses.fold(0.0, f64::max),
             }
         };
         Some(ToothStrength {
@@ -77,11 +64,9 @@ impl ToothStrength {
         let x = share.clamp(0.0, 1.0) * last as f64;
         let i = (x as usize).min(last - 1);
         let (part, [a, b]) = (x - i as f64, [self.responses[i], self.responses[i + 1]]);
-        let blend = |a: f64, b: f64| a + part * (b - a);
         Response {
-            compliance: blend(a.compliance, b.compliance),
-            stress: blend(a.stress, b.stress),
-            tension_across_layers: blend(a.tension_across_layers, b.tension_across_layers),
+            compliance: a.compliance + part * (b.compliance - a.compliance),
+            stress: a.stress + part * (b.stress - a.stress),
         }
     }
 }
@@ -95,13 +80,9 @@ pub fn places() -> impl Iterator<Item = f64> {
 pub fn forces(tooth: &Tooth, cut: &ToothGrid, share: f64) -> Forces {
     let normal = tooth.frame(share).n;
     let weights = cut.section_weights(share).into_iter();
-    weights.map(|(node, weight)| (node, weight * normal)).collect()
-}
-
-/// Stress at a root from those half a step and one and a half steps away: linear, as the surface stress of
-/// bending is, and without the singularity of the corner (hot-spot stress after Hobbacher, IIW-2259-15).
-pub fn extrapolated(near: Matrix3<f64>, far: Matrix3<f64>) -> Matrix3<f64> {
-    1.5 * near - 0.5 * far
+    weights
+        .map(|(node, weight)| (node, weight * normal))
+        .collect()
 }
 
 /// Equivalent stress after von Mises.
@@ -137,6 +118,21 @@ impl Teeth {
         Some(Teeth {
             pairs: pairs.collect::<Option<_>>()?,
         })
+    }
+
+    /// Least stiffness of a tooth anywhere along its contact interval, N/mm, and which tooth that is.
+    pub fn softest(&self) -> Option<(f64, Gear, [usize; 2])> {
+        let pairs = self.pairs.iter().enumerate();
+        let teeth =
+            pairs.flat_map(|(k, pair)| pair.iter().enumerate().map(move |(j, t)| (k, j, t)));
+        let gears = [Gear::Driver, Gear::Follower];
+        let all = teeth.flat_map(|(k, j, both)| {
+            gears.into_iter().zip(both).flat_map(move |(gear, tooth)| {
+                let stiffness = tooth.responses.iter().map(|r| 1.0 / r.compliance);
+                stiffness.map(move |stiffness| (stiffness, gear, [k, j]))
+            })
+        });
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The driver's and the follower's tooth of a pair.

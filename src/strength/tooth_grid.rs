@@ -3,9 +3,10 @@
 //! Across the rib and the bead it has the same columns, upwards first the rows of the rib and then those of
 //! the bead, along it layers. Beyond both ends of the rib only the bead is there.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::Hub;
 use super::bead::Bead;
@@ -90,7 +91,10 @@ impl Tooth {
             others.map(|m| (x - m) / (i as f64 - m)).product()
         });
         let blend = |get: fn(&Frame) -> Vector3<f64>| -> Vector3<f64> {
-            near.iter().zip(weights).map(|(frame, w)| w * get(frame)).sum()
+            near.iter()
+                .zip(weights)
+                .map(|(frame, w)| w * get(frame))
+                .sum()
         };
         Frame {
             phi: near.iter().zip(weights).map(|(f, w)| w * f.phi).sum(),
@@ -156,7 +160,7 @@ impl Tooth {
 }
 
 /// A point of an element: which, and where on the reference cube.
-pub type Place = (usize, [f64; 3]);
+type Place = (usize, [f64; 3]);
 
 /// A tooth cut into elements.
 #[derive(Debug)]
@@ -187,8 +191,15 @@ impl ToothGrid {
         add(1.0, END_LAYERS);
         let between = shares.windows(2).map(|s| 0.5 * (s[0] + s[1]));
         let mut halves = vec![0.0];
-        halves.extend(between.zip(&shares[1..]).flat_map(|(middle, &to)| [middle, to]));
-        let planes: Vec<Plane> = halves.iter().map(|&s| tooth.plane(s)).collect::<Option<_>>()?;
+        halves.extend(
+            between
+                .zip(&shares[1..])
+                .flat_map(|(middle, &to)| [middle, to]),
+        );
+        let planes: Vec<Plane> = halves
+            .iter()
+            .map(|&s| tooth.plane(s))
+            .collect::<Option<_>>()?;
 
         let fine = fineness as f64;
         // Columns run from the chord's first end to its other, against the sense from n to b.
@@ -198,9 +209,8 @@ impl ToothGrid {
         };
         let rows = (RIB_ROWS + BEAD_ROWS) * fineness;
         let counts = [fineness, rows, shares.len() - 1];
-        let exists = |[_, row, layer]: [usize; 3]| {
-            row >= RIB_ROWS * fineness || carried.contains(&layer)
-        };
+        let exists =
+            |[_, row, layer]: [usize; 3]| row >= RIB_ROWS * fineness || carried.contains(&layer);
         let mut grid = Grid::new(counts, exists, |[i, j, k]| {
             let x = 0.5 * i as f64 / fine;
             let x = if mirrored { 1.0 - x } else { x };
@@ -252,9 +262,34 @@ impl ToothGrid {
         weights
     }
 
+    /// Stresses, MPa, at the root and beside the ends of the rib, of those that `stresses` has at the
+    /// integration points of an element.
+    ///
+    /// Each is extrapolated from half a step and one and a half steps away: linear, as the surface stress of
+    /// bending is, and without the singularity of the corner (hot-spot stress; Hobbacher, "Recommendations for
+    /// Fatigue Design of Welded Joints and Components", IIW-2259-15).
+    pub fn hottest(
+        &self,
+        stresses: impl Fn(usize) -> [Matrix3<f64>; elements::POINTS],
+    ) -> impl Iterator<Item = Matrix3<f64>> {
+        let mut known = BTreeMap::new();
+        let mut mean = |places: &[Place]| -> Matrix3<f64> {
+            let at = |(element, x): &Place| {
+                let stresses = known.entry(*element).or_insert_with(|| stresses(*element));
+                elements::between_points(stresses, *x)
+            };
+            places.iter().map(at).sum::<Matrix3<f64>>() / places.len() as f64
+        };
+        let pairs = [self.over_the_root(), self.beside_the_rib()].concat();
+        let spots = pairs
+            .iter()
+            .map(|[near, far]| 1.5 * mean(near) - 0.5 * mean(far));
+        spots.collect::<Vec<_>>().into_iter()
+    }
+
     /// Pairs of places on both sides of the rib over its foot, half as high and one and a half times as high
     /// as a root row: stress at the root is extrapolated from them, beyond the reach of the clamp's corner.
-    pub fn over_the_root(&self) -> Vec<[Vec<Place>; 2]> {
+    fn over_the_root(&self) -> Vec<[Vec<Place>; 2]> {
         let along = 1.0 / 3.0_f64.sqrt();
         let mut pairs = Vec::new();
         for layer in self.carried.clone() {
@@ -276,23 +311,30 @@ impl ToothGrid {
 
     /// The same at the ends of the rib, on the bead that stands out beyond: a quarter and three quarters of
     /// its length from the rib.
-    pub fn beside_the_rib(&self) -> Vec<[Vec<Place>; 2]> {
+    fn beside_the_rib(&self) -> Vec<[Vec<Place>; 2]> {
         let mut pairs = Vec::new();
         let fine = self.fineness;
         let (first, last) = (self.carried.start, self.carried.end);
         let ends = [(first, true), (self.shares.len() - 1 - last, false)];
         for (_, before) in ends.into_iter().filter(|(layers, _)| *layers > 0) {
             for row in RIB_ROWS * fine..(RIB_ROWS + BEAD_ROWS) * fine {
-                for (column, x) in self.sides() {
+                for ((column, x), y) in self
+                    .sides()
+                    .into_iter()
+                    .flat_map(|side| [-1.0, 0.0, 1.0].map(|y| (side, y)))
+                {
                     let at = |away: f64| -> Vec<Place> {
                         let place = |(layers, z): (usize, f64)| {
                             let (layer, z) = match before {
                                 true => (first - 1 - layers, -z),
                                 false => (last + layers, z),
                             };
-                            Some((self.element([column, row, layer])?, [x, 0.0, z]))
+                            Some((self.element([column, row, layer])?, [x, y, z]))
                         };
-                        self.either_side(away).into_iter().filter_map(place).collect()
+                        self.either_side(away)
+                            .into_iter()
+                            .filter_map(place)
+                            .collect()
                     };
                     pairs.push([at(0.5), at(1.5)]);
                 }

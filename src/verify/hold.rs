@@ -14,7 +14,7 @@ use crate::certified::Certified;
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{ClosureSample, Design};
 use crate::load::contacts::Configuration;
-use crate::load::{LoadSample, Sampling, analyse};
+use crate::load::{LoadSample, Sampling, analyse_rigid};
 use crate::motion::Motion;
 
 /// Play beyond this share of its first-order bound is not play but a missing flank.
@@ -201,7 +201,7 @@ pub(super) fn plays(
 /// the motor held.
 pub(super) fn play_limits(design: &Design, motion: &Motion) -> [Claim; 2] {
     let fit = &design.settings.fit;
-    let report = analyse(design, motion, &design.settings.load, Sampling::default());
+    let report = analyse_rigid(design, motion, &design.settings.load, Sampling::default());
     type Get = fn(&LoadSample) -> f64;
     let limits: [(_, _, Get, _, _); 2] = [
         (
