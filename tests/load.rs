@@ -5,13 +5,14 @@ mod known;
 use approx::assert_relative_eq;
 use known::{Helical, PITCH, design, involute, motion, revolute, spherical};
 use mpcgear::closure;
-use mpcgear::design::Design;
+use mpcgear::design::{Design, Gear};
 use mpcgear::load::contacts::Configuration;
 use mpcgear::load::hertz::{effective_modulus, patch};
 use mpcgear::load::{
     ExtraLoad, Load, Material, PayloadLimit, Sampling, analyse, analyse_rigid, sensitivity,
 };
 use mpcgear::motion::{Class, Motion};
+use mpcgear::strength::Teeth;
 use nalgebra::Vector3;
 
 fn torque_load(torque: f64) -> Load {
@@ -202,6 +203,80 @@ fn largest_payload_presses_one_contact_as_hard_as_its_material_bears() {
     let limit = analyse(&pair, &m, &again, sampling(72)).unwrap();
     let pressure = limit.pressure_max.expect("point contacts");
     assert_relative_eq!(pressure, report.pressure_allowed, max_relative = 1e-5);
+}
+
+#[test]
+fn largest_payload_brings_one_root_to_the_strength_of_its_material() {
+    let (pair, m) = (spherical(), motion(Class::R3));
+    let load = Load {
+        mass_g: 1000.0,
+        point_mm: [20.0, 0.0, 30.0],
+        force_limit_n: 1e6,
+        ..Load::default()
+    };
+    let report = analyse(&pair, &m, &load, sampling(72)).unwrap();
+    assert_eq!(report.payload_limit, Some(PayloadLimit::RootStress));
+    let rigid = analyse_rigid(&pair, &m, &load, sampling(72)).unwrap();
+    assert!(report.payload_max < rigid.payload_max);
+    let again = Load {
+        mass_g: 1000.0 * report.payload_max,
+        ..load
+    };
+    let limit = analyse(&pair, &m, &again, sampling(72)).unwrap();
+    let strength = Material::Pla.yield_strength();
+    assert_eq!(report.root_stress_allowed_mpa, strength);
+    let stress = limit.root_stress_max_mpa.expect("elements");
+    assert_relative_eq!(stress, strength, max_relative = 1e-5);
+    // The tooth that is named is the one that carries it.
+    let named = report.payload_tooth.expect("a tooth");
+    let contacts = limit.samples.iter().map(|s| &s.contacts[named.pair]);
+    let of_named = contacts.filter(|c| c.tooth == named.tooth).map(|c| {
+        let [driver, follower] = c.root_stress.expect("elements");
+        match named.gear.expect("one gear") {
+            Gear::Driver => driver,
+            Gear::Follower => follower,
+        }
+    });
+    assert_relative_eq!(of_named.fold(0.0, f64::max), strength, max_relative = 1e-5);
+}
+
+#[test]
+fn teeth_and_contact_are_springs_one_behind_the_other() {
+    let (pair, m) = helical_pair();
+    let load = Load {
+        mass_g: 300.0,
+        point_mm: [20.0, 0.0, 10.0],
+        gravity: [1.0, 0.5, 0.0],
+        follower_material: Material::Petg,
+        ..Load::default()
+    };
+    let weight = 0.3 * mpcgear::load::wrench::GRAVITY;
+    let teeth = Teeth::of(&pair, [Material::Pla, Material::Petg]).expect("elements");
+    let elastic = analyse(&pair, &m, &load, sampling(7)).unwrap();
+    let rigid = analyse_rigid(&pair, &m, &load, sampling(7)).unwrap();
+    for (with, without) in elastic.samples.iter().zip(&rigid.samples) {
+        let at = Configuration::at(&pair, &m, with.phi).unwrap();
+        let bent = with
+            .contacts
+            .iter()
+            .zip(&at.contacts)
+            .map(|(load, contact)| {
+                let both = teeth.tooth(contact.pair, contact.tooth);
+                let compliance: f64 = both.iter().map(|t| t.at(contact.share).compliance).sum();
+                load.force * load.force * compliance / weight
+            });
+        let added = with.deflection.expect("weight") - without.deflection.expect("weight");
+        assert_relative_eq!(added, bent.sum::<f64>(), max_relative = 1e-9);
+    }
+    let (softest, gear, [k, j]) = teeth.softest().expect("teeth");
+    assert_eq!(elastic.tooth_stiffness_min_n_per_mm, Some(softest));
+    let of_softest = &teeth.tooth(k, j)[usize::from(gear == Gear::Follower)];
+    let compliances = of_softest.responses.iter().map(|r| r.compliance);
+    assert_relative_eq!(
+        compliances.fold(0.0, f64::max),
+        1.0 / softest,
+        max_relative = 1e-12
+    );
 }
 
 #[test]
