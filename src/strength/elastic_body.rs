@@ -89,8 +89,8 @@ impl<'a> ElasticBody<'a> {
         let (mut sizes, mut heads) = (vec![0; stretches], vec![0; stretches]);
         let mut rows = vec![[None; 3]; grid.nodes.len()];
         for beginning in [true, false] {
-            for node in
-                (0..grid.nodes.len()).filter(|&node| (grid.halves[node][2] % 2 == 0) == beginning)
+            for node in (0..grid.nodes.len())
+                .filter(|&node| grid.halves[node][2].is_multiple_of(2) == beginning)
             {
                 let stretch = grid.halves[node][2] / 2;
                 for axis in (0..3).filter(|&axis| !grid.fixed[node][axis]) {
