@@ -194,9 +194,9 @@ fn calculix_is_here() -> bool {
 fn job(grid: &Grid, kind: &str, material: Material, cases: &[Forces]) -> String {
     let mut text = String::from("*NODE, NSET=ALL\n");
     for (i, x) in grid.nodes.iter().enumerate() {
-        writeln!(text, "{}, {:.12e}, {:.12e}, {:.12e}", i + 1, x.x, x.y, x.z).unwrap();
+        writeln!(text, "{}, {:.12e}, {:.12e}, {:.12e}", i + 1, x.x, x.y, x.z).expect("text");
     }
-    writeln!(text, "*ELEMENT, TYPE={kind}, ELSET=BODY").unwrap();
+    writeln!(text, "*ELEMENT, TYPE={kind}, ELSET=BODY").expect("text");
     for (i, nodes) in grid.elements.iter().enumerate() {
         let nodes: Vec<String> = nodes.iter().map(|n| (n + 1).to_string()).collect();
         let (first, rest) = nodes.split_at(10);
@@ -207,12 +207,12 @@ fn job(grid: &Grid, kind: &str, material: Material, cases: &[Forces]) -> String 
             first.join(", "),
             rest.join(", ")
         )
-        .unwrap();
+        .expect("text");
     }
     text.push_str("*BOUNDARY\n");
     for (i, fixed) in grid.fixed.iter().enumerate() {
         if fixed[0] {
-            writeln!(text, "{}, 1, 3", i + 1).unwrap();
+            writeln!(text, "{}, 1, 3", i + 1).expect("text");
         }
     }
     writeln!(
@@ -221,7 +221,7 @@ fn job(grid: &Grid, kind: &str, material: Material, cases: &[Forces]) -> String 
         material.young_modulus(),
         material.poisson_ratio()
     )
-    .unwrap();
+    .expect("text");
     for forces in cases {
         text.push_str("*STEP\n*STATIC\n*CLOAD, OP=NEW\n");
         // Forces at a node that several elements share add up.
@@ -231,7 +231,7 @@ fn job(grid: &Grid, kind: &str, material: Material, cases: &[Forces]) -> String 
         }
         for (node, force) in sums {
             for axis in 0..3 {
-                writeln!(text, "{}, {}, {:.12e}", node + 1, axis + 1, force[axis]).unwrap();
+                writeln!(text, "{}, {}, {:.12e}", node + 1, axis + 1, force[axis]).expect("text");
             }
         }
         text.push_str("*NODE PRINT, NSET=ALL\nU\n*EL PRINT, ELSET=BODY\nS\n*END STEP\n");
