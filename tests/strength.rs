@@ -239,8 +239,11 @@ fn job(grid: &Grid, kind: &str, material: Material, cases: &[Forces]) -> String 
     text
 }
 
+/// Lines of numbers.
+type Rows = Vec<Vec<f64>>;
+
 /// Numbers that CalculiX prints for a case: three of every node and six of every integration point.
-fn solved(folder: &Path, job: &str, cases: usize) -> Vec<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+fn solved(folder: &Path, job: &str, cases: usize) -> Vec<[Rows; 2]> {
     std::fs::write(folder.join("tooth.inp"), job).expect("written");
     let mut run = Command::new("ccx");
     let output = run
@@ -255,7 +258,7 @@ fn solved(folder: &Path, job: &str, cases: usize) -> Vec<(Vec<Vec<f64>>, Vec<Vec
         String::from_utf8_lossy(&output.stdout)
     );
     let text = std::fs::read_to_string(folder.join("tooth.dat")).expect("results");
-    let mut blocks: Vec<Vec<Vec<f64>>> = Vec::new();
+    let mut blocks: Vec<Rows> = Vec::new();
     for line in text.lines() {
         if line.contains("displacements") || line.contains("stresses") {
             blocks.push(Vec::new());
@@ -271,7 +274,7 @@ fn solved(folder: &Path, job: &str, cases: usize) -> Vec<(Vec<Vec<f64>>, Vec<Vec
     }
     assert_eq!(blocks.len(), 2 * cases);
     let mut blocks = blocks.into_iter();
-    std::iter::from_fn(|| Some((blocks.next()?, blocks.next()?))).collect()
+    std::iter::from_fn(|| Some([blocks.next()?, blocks.next()?])).collect()
 }
 
 #[test]
@@ -295,11 +298,11 @@ fn calculix_says_the_same_of_six_teeth() {
         for (case, forces) in cases.iter().enumerate() {
             let own = own.at(shares[case]);
             let moved = |node: usize| {
-                let row = &full[case].0[node];
+                let row = &full[case][0][node];
                 Vector3::new(row[1], row[2], row[3])
             };
             let compliance: f64 = forces.iter().map(|(node, f)| f.dot(&moved(*node))).sum();
-            let stresses = &reduced[case].1;
+            let stresses = &reduced[case][1];
             let stress = cut.hottest(|element| {
                 std::array::from_fn(|point| {
                     let s = &stresses[elements::POINTS * element + point][2..];
@@ -307,7 +310,7 @@ fn calculix_says_the_same_of_six_teeth() {
                 })
             });
             let stress = stress.map(|s| tooth::equivalent(&s)).fold(0.0, f64::max);
-            println!(
+            eprintln!(
                 "tooth {i} at {}: stiffness {:.1} N/mm, CalculiX {:.1}; stress {:.3} MPa/N, CalculiX {stress:.3}",
                 shares[case],
                 1.0 / own.compliance,
