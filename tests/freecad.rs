@@ -238,6 +238,11 @@ fn addon_opens_edits_drives_and_checks() {
 }
 
 #[test]
+fn what_is_built_on_a_hub_survives_changes() {
+    script_succeeds("modelling.py", Class::R3, 1);
+}
+
+#[test]
 fn every_option_changes_what_it_names() {
     script_succeeds("options.py", Class::R3, 1);
 }

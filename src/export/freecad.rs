@@ -18,10 +18,15 @@ use crate::{Error, Result, escape};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
-const MODULES: [&str; 6] = [
+const MODULES: [&str; 11] = [
     include_str!("../../cad/freecad/mpcgear/parameters.py"),
+    include_str!("../../cad/freecad/mpcgear/progress.py"),
     include_str!("../../cad/freecad/mpcgear/poses.py"),
     include_str!("../../cad/freecad/mpcgear/options.py"),
+    include_str!("../../cad/freecad/mpcgear/sections.py"),
+    include_str!("../../cad/freecad/mpcgear/teeth.py"),
+    include_str!("../../cad/freecad/mpcgear/datums.py"),
+    include_str!("../../cad/freecad/mpcgear/check.py"),
     include_str!("../../cad/freecad/mpcgear/files.py"),
     include_str!("../../cad/freecad/mpcgear/printing.py"),
     include_str!("../../cad/freecad/mpcgear/builder.py"),

@@ -11,6 +11,8 @@ import FreeCAD as App
 import Import
 import MeshPart
 
+from .check import broken
+
 COLOURS = {
     "driver": (0.25, 0.45, 0.70),
     "follower": (0.90, 0.55, 0.15),
@@ -30,13 +32,13 @@ def solid_of(part):
         raise RuntimeError("%s: %d separate solids instead of one" % (part.Label, len(solids)))
     solid = solids[0].copy()
     solid.check(os.environ.get("MPCGEAR_CHECK") == "full")  # True also finds self-intersections
-    solid.Placement = part.Placement.multiply(solid.Placement)
+    solid.Placement = where(part).multiply(solid.Placement)
     return solid
 
 
-def broken(document):
-    """Labels of all objects that did not recompute, with FreeCAD's reason."""
-    return ["%s: %s" % (o.Label, o.getStatusString()) for o in document.Objects if not o.isValid()]
+def where(part):
+    """Placement of a part; the support is a plain group that never moves."""
+    return getattr(part, "Placement", App.Placement())
 
 
 def show_when_opened(path, shown):
@@ -66,10 +68,9 @@ def write_all(document, parts, stem, folder):
         raise RuntimeError("does not recompute: " + "; ".join(failures))
     path = os.path.join(folder, stem)
     document.saveAs(path + ".FCStd")
-    pieces = document.getObject("Print").Group
     solids = [part.Result for part in parts]
     show_when_opened(path + ".FCStd", dict(
-        [(o.Name, None) for o in parts + pieces + [p.Result for p in pieces if hasattr(p, "Result")]]
+        [(part.Name, None) for part in parts]
         + [(solid.Name, COLOURS.get(part.Name.lower())) for part, solid in zip(parts, solids)]))
     facts, named = {}, []
     scratch = App.newDocument("Step", hidden=True)

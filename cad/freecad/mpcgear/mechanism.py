@@ -5,7 +5,7 @@ import math
 
 import FreeCAD as App
 
-from . import poses
+from . import files, poses, teeth
 
 TURN = 2 * math.pi
 PARTS = ("Driver", "Follower", "Support", "Slider")
@@ -95,16 +95,18 @@ def read_poses(sheet):
 
 
 def components(part):
-    """[(label, shape where it stands)]: the hub and every fin of a part, or its whole solid."""
-    result = part.Result
-    pieces = [result]
-    if any(piece.Name.startswith("Fin_") for piece in getattr(result, "Shapes", [])):
-        pieces = result.Shapes
+    """[(label, shape where it stands)]: hub and teeth of a part as they are now, or its whole solid. What
+    the user has added belongs to the hub."""
+    pieces = [(part.Label, part.Result.Shape)]
+    shapes = getattr(part.Result, "Shapes", [])
+    if part.Hub != part.Result and len(shapes) == 2 and "Stations" in shapes[1].PropertiesList:
+        gear = teeth.GearTeeth(part.Document, shapes[1])
+        pieces = [(part.Label, shapes[0].Shape)]
+        pieces += [("%s tooth %s" % (part.Label, name), solid) for name, solid in gear.fins()]
     placed = []
-    for piece in pieces:
-        shape = piece.Shape.copy()
-        shape.Placement = part.Placement.multiply(shape.Placement)
-        label = piece.Label if piece.Name.startswith("Fin_") else part.Label
+    for label, shape in pieces:
+        shape = shape.copy()
+        shape.Placement = files.where(part).multiply(shape.Placement)
         placed.append((label, shape))
     return placed
 
