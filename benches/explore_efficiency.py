@@ -3,7 +3,8 @@
     python3 benches/explore_efficiency.py target/release/mpcgear [trials]
 
 Prints drafts per second of both and the share of twice the first that the second reaches; also the share of the
-workers' time in which a trial was under way, which other programs on the machine cannot spoil. Trials are drawn at
+workers' time in which a trial was under way (`busy`), which other programs on the machine cannot spoil, and in which it
+had a processor (`cpu`): what `cpu` lacks of `busy` went to other programs. Trials are drawn at
 random with one seed, so both runs compute the same. Needs the packages of the extra `explore`.
 """
 
@@ -31,8 +32,8 @@ keep = 0
 """
 
 
-def timed(binary: Path, folder: Path, workers: int, trials: int) -> tuple[float, float]:
-    """Seconds of the drafts from first question to last answer, and seconds that trials took together."""
+def timed(binary: Path, folder: Path, workers: int, trials: int) -> tuple[float, float, float]:
+    """Seconds of the drafts from first question to last answer; of all trials together seconds and processor time."""
     from mpcgear_explore import storage
     from mpcgear_explore.study import Study
 
@@ -45,7 +46,9 @@ def timed(binary: Path, folder: Path, workers: int, trials: int) -> tuple[float,
     told = storage.results(opened)
     starts = [t.datetime_start for t, _ in told if t.datetime_start]
     ends = [t.datetime_complete for t, _ in told if t.datetime_complete]
-    return (max(ends) - min(starts)).total_seconds(), sum(r.seconds for _, r in told if r)
+    records = [r for _, r in told if r]
+    spent = sum(r.cpu_seconds or 0.0 for r in records)
+    return (max(ends) - min(starts)).total_seconds(), sum(r.seconds for r in records), spent
 
 
 def main() -> None:
@@ -56,7 +59,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         for workers in (1, 2):
             started = time.monotonic()
-            seconds, busy = timed(binary, Path(name), workers, trials)
+            seconds, busy, spent = timed(binary, Path(name), workers, trials)
             rates[workers] = trials / seconds
             print(
                 json.dumps(
@@ -64,6 +67,8 @@ def main() -> None:
                         "workers": workers,
                         "drafts_per_s": round(rates[workers], 3),
                         "busy_percent": round(100 * busy / (workers * seconds), 1),
+                        "cpu_percent": round(100 * spent / (workers * seconds), 1),
+                        "cpu_s_per_draft": round(spent / trials, 3),
                         "whole_run_s": round(time.monotonic() - started, 1),
                     }
                 )

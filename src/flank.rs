@@ -55,30 +55,44 @@ impl Band<'_> {
     /// their contact too. `None` where that is hardly more than a round bead's.
     pub fn flattest(&self, section: &Section, settings: &Settings, motion: &Motion) -> Option<f64> {
         let least = least_curvature(settings);
-        let passing = Passing::new(self.teeth, settings.gear.center_distance_mm, motion);
-        let parts = |radius: f64| {
-            let flat = Section {
+        let curved = |radius: f64| {
+            let mut contacts = self.contacts.iter();
+            contacts.all(|c| c.induced_curvature(radius) > least)
+        };
+        let flat = |radius: f64| {
+            Outline::new(&Section {
                 flank_radius: radius,
                 ..*section
-            };
-            let curved = |c: &Contact| c.induced_curvature(radius) > least;
-            self.contacts.iter().all(curved) && passing.is_clear(&flat)
+            })
         };
         let bead = section.bead_radius();
         let most = (section.root.min(section.tip) / FLANK).min(FLATTEST);
-        let (mut low, mut high) = (bead, most);
-        if most > bead && parts(most) {
-            return Some(most);
-        }
-        while high - low > PRECISION * low {
-            let middle = 0.5 * (low + high);
-            match parts(middle) {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        (low > WORTH * bead).then_some(low)
+        let curved = largest((bead, most), curved);
+        let passing = Passing::new(self.teeth, settings.gear.center_distance_mm, motion);
+        // A rounder flank lies inside a flatter one: what passes with that passes with all.
+        let tight = passing.tight(&flat(curved));
+        let clear = |radius: f64| {
+            let outline = flat(radius);
+            tight.par_iter().all(|m| passing.is_clear(m, &outline))
+        };
+        let radius = largest((bead, curved), clear);
+        (radius > WORTH * bead).then_some(radius)
     }
+}
+
+/// The largest radius between `low`, which is taken to do, and `high` that does, to [`PRECISION`].
+fn largest((mut low, mut high): (f64, f64), does: impl Fn(f64) -> bool) -> f64 {
+    if high > low && does(high) {
+        return high;
+    }
+    while high - low > PRECISION * low {
+        let middle = 0.5 * (low + high);
+        match does(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    low
 }
 
 /// The teeth of a band passing each other.
@@ -132,37 +146,65 @@ impl Passing {
         }
     }
 
-    /// Whether teeth with this `section` come nowhere nearer to each other than at their contacts, and
-    /// not too near where they have none.
-    fn is_clear(&self, section: &Section) -> bool {
-        let mut outline = section::polygon(section, sweep::SECTION_SEGMENTS);
-        outline.reverse();
-        // The side of the contact, from the root to the tip: the one that mates face each other with.
-        let middle = 0.5 * (section.clearance + section.thickness);
-        let side: Vec<[f64; 2]> = outline.iter().copied().filter(|c| c[0] < middle).collect();
-        outline.extend(outline.first().copied());
-        let apart = |mine: &Tooth, other: &Tooth, (phi, pose): (f64, &Pose)| {
-            let [start, end] = mine.contact;
-            let mates = mine.contact == other.contact;
-            let shape = if mates { &side } else { &outline };
-            let wanted = match mates && (phi - start).rem_euclid(TAU) < end - start {
-                true => section.clearance - SLACK,
-                false => PASSING * section.clearance,
-            };
-            clear(mine, other, pose, (shape, wanted))
+    /// Meetings of two teeth with this `outline` in which they come nearer to each other than at their
+    /// contacts, or too near where they have none.
+    fn tight(&self, outline: &Outline) -> Vec<Meeting> {
+        let near = |&(gear, mine, other, phase): &Meeting| {
+            let (mine, other) = (&self.teeth[gear][mine], &self.teeth[1 - gear][other]);
+            let centre = self.seen[phase].1[gear].apply(mine.centre);
+            (centre - other.centre).norm() < mine.radius + other.radius + NEAR
         };
-        self.seen.par_iter().all(|(phi, seen)| {
-            (0..2).all(|gear| {
-                let pose = &seen[gear];
-                self.teeth[gear].iter().all(|mine| {
-                    let centre = pose.apply(mine.centre);
-                    let mut others = self.teeth[1 - gear].iter().filter(|other| {
-                        (centre - other.centre).norm() < mine.radius + other.radius + NEAR
-                    });
-                    others.all(|other| apart(mine, other, (*phi, pose)))
-                })
+        let count = |gear: usize| self.teeth[gear].len();
+        let at = |phase: usize| {
+            let teeth = (0..2).flat_map(|gear| (0..count(gear)).map(move |mine| (gear, mine)));
+            teeth.flat_map(move |(gear, mine)| {
+                (0..count(1 - gear)).map(move |other| (gear, mine, other, phase))
             })
-        })
+        };
+        let meetings = (0..self.seen.len()).into_par_iter().flat_map_iter(at);
+        let tight = meetings.filter(|m| near(m) && !self.is_clear(m, outline));
+        tight.collect()
+    }
+
+    /// Whether two teeth with this `outline` are far enough from each other.
+    fn is_clear(&self, &(gear, mine, other, phase): &Meeting, outline: &Outline) -> bool {
+        let (mine, other) = (&self.teeth[gear][mine], &self.teeth[1 - gear][other]);
+        let (phi, seen) = &self.seen[phase];
+        let [start, end] = mine.contact;
+        let mates = mine.contact == other.contact;
+        let shape = if mates { &outline.side } else { &outline.whole };
+        let wanted = match mates && (phi - start).rem_euclid(TAU) < end - start {
+            true => outline.clearance - SLACK,
+            false => PASSING * outline.clearance,
+        };
+        clear(mine, other, &seen[gear], (shape, wanted))
+    }
+}
+
+/// One tooth of a gear (0 the driver, 1 the follower), one of the other gear, and a phase.
+type Meeting = (usize, usize, usize, usize);
+
+/// A section as its mates see it.
+struct Outline {
+    /// All around, closed.
+    whole: Vec<[f64; 2]>,
+    /// The side of the contact, from the root to the tip: the one that mates face each other with.
+    side: Vec<[f64; 2]>,
+    clearance: f64,
+}
+
+impl Outline {
+    fn new(section: &Section) -> Outline {
+        let mut whole = section::polygon(section, sweep::SECTION_SEGMENTS);
+        whole.reverse();
+        let middle = 0.5 * (section.clearance + section.thickness);
+        let side = whole.iter().copied().filter(|c| c[0] < middle).collect();
+        whole.extend(whole.first().copied());
+        Outline {
+            whole,
+            side,
+            clearance: section.clearance,
+        }
     }
 }
 

@@ -70,6 +70,7 @@ pub mod flank;
 pub mod load;
 pub mod motion;
 pub mod pipeline;
+mod ranking;
 pub mod remedy;
 pub mod search;
 pub mod settings;

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use crate::design::Design;
 use crate::motion::{Motion, MotionFile};
+use crate::ranking;
 use crate::search::{self, Progress, StopReason, paper_search};
 use crate::settings::Method;
 use crate::solid::Solids;
@@ -110,24 +111,26 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
         stop,
     } = choices(file, motion, observer)?;
     let (file, remark) = &at_ratio(file, contact_ratio);
+    let mut choices = ranking::by_payload(file, motion, choices);
+    let count = choices.len();
     let mut best: Option<Outcome> = None;
     let mut failure = None;
     let mut is_flat = true;
     // Flanks as flat as contact allows, then round ones, of each choice.
-    let attempts = choices.iter().enumerate();
-    let attempts = attempts.flat_map(|choice| [(choice, Flanks::Flat), (choice, Flanks::Round)]);
-    for ((i, (bands, q)), flanks) in attempts {
+    let attempts = (0..count).flat_map(|i| [(i, Flanks::Flat), (i, Flanks::Round)]);
+    for (i, flanks) in attempts {
+        let (q, flat) = (choices[i].hold, choices[i].flat.take());
         if flanks == Flanks::Round && !is_flat {
             continue;
         }
         let at = |stage: &'static str, done: f64| Progress {
             stage,
-            done: (i as f64 + done) / choices.len() as f64,
+            done: (i as f64 + done) / count as f64,
             candidates: 0,
-            best_q: Some(*q),
+            best_q: Some(q),
         };
         // Choices come best first: one draft of bands that do not close the follower is enough.
-        if best.is_some() && *q <= 0.0 {
+        if best.is_some() && q <= 0.0 {
             break;
         }
         // Once the search was told to stop, there is only the best choice to be finished.
@@ -138,7 +141,11 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
             best.stop = StopReason::Stopped;
             break;
         }
-        let mut outcome = match synthesis::design(file, motion, bands, flanks) {
+        let made = match flat {
+            Some(design) => Ok(design),
+            None => synthesis::design(file, motion, &choices[i].bands, flanks),
+        };
+        let mut outcome = match made {
             Ok(design) => Outcome {
                 remarks: remark.clone(),
                 is_proved,

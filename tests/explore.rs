@@ -104,6 +104,48 @@ fn a_trial_is_computed_once_and_says_what_came_of_it() {
 }
 
 #[test]
+fn a_draft_that_carries_a_weight_has_every_figure_but_the_wall_of_the_proof() {
+    let folder = tempfile::tempdir().unwrap();
+    let tray = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/studies/tray_800g/motion.toml");
+    let tray = tray.to_str().unwrap();
+    // Of each kind of variable one that differs from the default.
+    let set = [
+        "gear.center_distance_mm=27",
+        "gear.teeth=9",
+        "gear.contact_ratio=1.4",
+        "gear.sub_gear_pairs=4",
+        "gear.tooth_thickness_mm=1.9",
+        "gear.tip_mm=0.8",
+        "gear.root_mm=0.5",
+        "fit.clearance_mm=0.09",
+        "load.driver_material=\"PA12\"",
+        "load.point_mm[2]=55",
+        "motion.constants.dip=0.04",
+    ];
+    let set = set.iter().flat_map(|change| ["--set", change]);
+    let arguments: Vec<&str> = ["trial", tray, "--into", "trials", "--draft"]
+        .into_iter()
+        .chain(set)
+        .collect();
+    let made = answer(folder.path(), &arguments);
+    assert_eq!(made["state"], "complete", "{made}");
+    assert_eq!(made["set"].as_object().unwrap().len(), 11);
+    let figures = made["figures"].as_object().unwrap();
+    for (name, figure) in figures {
+        let there = figure.as_f64().is_some_and(|value| value > 0.0);
+        assert_eq!(there, name != "wall_min_mm", "{name} is {figure}");
+    }
+    assert_eq!(figures["bands"], 4.0);
+    let number = |name: &str| figures[name].as_f64().unwrap();
+    let sides = number("width_mm") * number("depth_mm") * number("height_mm");
+    assert!((number("box_cm3") - 1e-3 * sides).abs() < 1e-9 * sides);
+    // Driver and frame of PA12 (1.01 g/cm³), follower of PLA (1.24 g/cm³).
+    let density = number("plastic_g") / number("plastic_cm3");
+    assert!((1.01..1.24).contains(&density), "{density}");
+    assert!(number("sag_mm") <= number("play_mm") && number("efficiency") < 1.0);
+}
+
+#[test]
 fn what_cannot_be_computed_is_recorded_and_not_tried_again() {
     let folder = folder(STUDY);
     let with = |more: &[&str]| {
@@ -252,21 +294,25 @@ fn a_full_disk_is_named_and_the_trial_is_made_later() {
     );
 }
 
+/// What the tests of the Python packages need.
+const MISSING: &str =
+    "optuna, optuna-dashboard, distributed, pandas, pyarrow or pytest is not installed";
+
 /// Python with the packages of the extra `explore` and pytest. Without it the tests that need it are skipped,
 /// unless MPCGEAR_REQUIRE_CAD=1.
 fn python() -> Option<PathBuf> {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python3");
     let python = std::env::var_os("MPCGEAR_PYTHON").map_or(own, PathBuf::from);
-    let look = ["-c", "import optuna, distributed, pandas, pyarrow, pytest"];
+    let look = [
+        "-c",
+        "import optuna, optuna_dashboard, distributed, pandas, pyarrow, pytest",
+    ];
     let found = Command::new(&python).args(look).output();
     let found = found.is_ok_and(|output| output.status.success());
     let required = std::env::var("MPCGEAR_REQUIRE_CAD").is_ok_and(|v| v == "1");
-    assert!(
-        found || !required,
-        "optuna, distributed, pandas, pyarrow or pytest is not installed"
-    );
+    assert!(found || !required, "{MISSING}");
     if !found {
-        eprintln!("skipped: optuna, distributed, pandas, pyarrow or pytest is not installed");
+        eprintln!("skipped: {MISSING}");
     }
     found.then_some(python)
 }
@@ -276,18 +322,22 @@ fn packages() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python")
 }
 
-#[test]
-fn a_study_ends_with_designs_that_are_proved_and_a_report() {
-    let Some(python) = python() else { return };
-    let folder = folder(STUDY);
-    let explore = [&["--json"], &EXPLORE[..], &["--workers", "2"]].concat();
-    let output = mpcgear(folder.path(), &explore)
+/// What `explore` answers in such a folder with the packages of this repository.
+fn explored(folder: &Path, python: &Path, more: &[&str]) -> Value {
+    let output = mpcgear(folder, &[&["--json"], &EXPLORE[..], more].concat())
         .env("MPCGEAR_PYTHON", python)
         .env("PYTHONPATH", packages())
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_study_ends_with_designs_that_are_proved_and_a_report() {
+    let Some(python) = python() else { return };
+    let folder = folder(STUDY);
+    let told = explored(folder.path(), &python, &["--workers", "2"]);
     assert_eq!(told["trials"], serde_json::json!([4, 1]));
     let pick = &told["picks"][0];
     assert!(
@@ -306,6 +356,19 @@ fn a_study_ends_with_designs_that_are_proved_and_a_report() {
         assert!(folder.path().join(path).is_file(), "{path}");
     }
     assert!(made.join("report.html").is_file());
+}
+
+#[test]
+fn a_study_passes_over_trials_that_take_too_long() {
+    let Some(python) = python() else { return };
+    let folder = folder(&format!("{STUDY}[limits]\ndraft_s = 0.1\n"));
+    let told = explored(folder.path(), &python, &[]);
+    assert_eq!(told["trials"], serde_json::json!([4, 0]));
+    let table = fs::read_to_string(folder.path().join("study/study.csv")).unwrap();
+    let slow = table
+        .lines()
+        .filter(|line| line.contains("took longer than 0.1 s"));
+    assert_eq!(slow.count(), 4, "{table}");
 }
 
 #[test]

@@ -2,27 +2,19 @@
 
 mod synthetic;
 
-use mpcgear::export::Source;
 use mpcgear::export::format::{Format, render};
 use mpcgear::motion::Class;
-use mpcgear::solid::Solids;
 
 /// The model of the synthetic design of `class`, and the design.
 fn model(class: Class, name: &str) -> (String, mpcgear::design::Design) {
-    let (mut design, motion) = synthetic::uniform(class);
-    design.name = name.into();
-    let solids = Solids::build(&design, &motion).expect("builds");
-    let source = Source {
-        design: &design,
-        motion: &motion,
-        solids: Some(&solids),
-    };
-    let files = render(&source, Format::Mjcf, None).expect("renders");
-    assert_eq!(files.len(), 1);
-    let text = String::from_utf8(files[0].bytes.clone()).expect("text");
-    let error = render(&source, Format::Mjcf, Some("driver")).expect_err("needs both gears");
-    assert_eq!(error.exit_code(), 2);
-    (text, design)
+    synthetic::with_source(class, name, |source| {
+        let files = render(source, Format::Mjcf, None).expect("renders");
+        assert_eq!(files.len(), 1);
+        let text = String::from_utf8(files[0].bytes.clone()).expect("text");
+        let error = render(source, Format::Mjcf, Some("driver")).expect_err("needs both gears");
+        assert_eq!(error.exit_code(), 2);
+        (text, source.design.clone())
+    })
 }
 
 /// The elements `name` of `text`, each as the text of its attributes.

@@ -6,7 +6,7 @@ mod synthetic;
 
 use mpcgear::export::{Source, format};
 use mpcgear::motion::Class;
-use mpcgear::solid::{Mesh, Solids};
+use mpcgear::solid::Mesh;
 use openscad_bench::{Bench, close};
 use openscad_run::{Run, installed, manifold};
 
@@ -15,15 +15,8 @@ const LARGEST: usize = 400_000;
 
 /// The customiser file of a design of that name.
 fn text_of(class: Class, name: &str) -> String {
-    let (mut design, motion) = synthetic::uniform(class);
-    design.name = name.into();
-    let solids = Solids::build(&design, &motion).expect("builds");
-    let source = Source {
-        design: &design,
-        motion: &motion,
-        solids: Some(&solids),
-    };
-    let files = format::render(&source, format::Format::OpenScad, None).expect("renders");
+    let render = |source: &Source| format::render(source, format::Format::OpenScad, None);
+    let files = synthetic::with_source(class, name, render).expect("renders");
     let file = files
         .into_iter()
         .find(|f| f.path.ends_with("customizer.scad"));

@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from mpcgear_explore import progress, report, storage, tables
@@ -31,41 +32,51 @@ def main(arguments: list[str] | None = None) -> int:
     storage.quiet()
     study = Study.read(given.folder)
     lines = progress.Lines(quiet=given.quiet or given.json)
-    if given.what == "watch":
-        return progress.watch(study, lines)
-    code, why = (0, "") if given.what == "report" else _run(study, given, lines)
+    code, why = _guarded(study, lambda: _do(study, given, lines))
+    if given.what != "watch":
+        # What was found until then is shown as well.
+        shown, problem = _guarded(study, lambda: _show(study, given))
+        code, why = code or shown, why or problem
     if why:
         message = {"error": why, "exit_code": code}
-        print(json.dumps(message) if given.json else f"error: {why}", file=sys.stderr)
-    try:
-        results = tables.Results.read(study)
-        tables.write(study, results)
-        report.write(study, results)
-    except OSError as error:
-        print(f"error: {error.filename or study.folder}: {error.strerror}", file=sys.stderr)
-        return code or STOPPED
-    _tell(study, results, given)
+        line = why if code == INTERRUPTED else f"error: {why}"
+        print(json.dumps(message) if given.json else line, file=sys.stderr)
     return code
 
 
-def _run(study: Study, given: argparse.Namespace, lines: progress.Lines) -> tuple[int, str]:
-    # Dask and all that takes a second to load; a watcher needs none of it.
-    from sqlalchemy.exc import SQLAlchemyError
+def _do(study: Study, given: argparse.Namespace, lines: progress.Lines) -> int:
+    if given.what == "watch":
+        return progress.watch(study, lines)
+    if given.what == "run":
+        # Dask and all that takes a second to load; a watcher needs none of it.
+        from mpcgear_explore.engine import Engine
+        from mpcgear_explore.pool import Pool
 
-    from mpcgear_explore.engine import Engine
-    from mpcgear_explore.pool import Pool
-
-    try:
         with Pool(given.workers, given.scheduler) as pool:
             Engine(study, given.binary, pool, lines.tell).run()
+    return 0
+
+
+def _show(study: Study, given: argparse.Namespace) -> int:
+    results = tables.Results.read(study)
+    tables.write(study, results)
+    report.write(study, results)
+    _tell(study, results, given)
+    return 0
+
+
+def _guarded(study: Study, work: Callable[[], int]) -> tuple[int, str]:
+    """The exit code of some work and what stopped it, if anything did."""
+    try:
+        return work(), ""
     except StudyStopped as stopped:
         return STOPPED, str(stopped)
-    except SQLAlchemyError as error:
-        return STOPPED, f"{study.folder / 'study.db'}: {getattr(error, 'orig', None) or error}"
+    except storage.ERRORS as error:
+        return STOPPED, storage.why(study, error)
+    except OSError as error:
+        return STOPPED, f"{error.filename or study.folder}: {error.strerror or error}"
     except KeyboardInterrupt:
-        lines.tell("interrupted; the same command continues")
-        return INTERRUPTED, ""
-    return 0, ""
+        return INTERRUPTED, "interrupted; the same command continues"
 
 
 def _tell(study: Study, results: tables.Results, given: argparse.Namespace) -> None:

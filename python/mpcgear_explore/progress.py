@@ -22,13 +22,14 @@ class Lines:
         self._last = -_EVERY_S
         self._kind = ""
 
-    def tell(self, text: str) -> None:
-        """Shows where the study is."""
+    def tell(self, text: str, *, is_last: bool = False) -> None:
+        """Shows where the study is; the last line always."""
         now = time.monotonic() - self._started
         kind = text.split(" ", 1)[0]
-        if self._quiet or (not self._is_terminal and kind == self._kind and now - self._last < _EVERY_S):
+        is_soon = not self._is_terminal and kind == self._kind and now - self._last < _EVERY_S
+        if self._quiet or (is_soon and not is_last):
             return
-        end = "\x1b[K\r" if self._is_terminal and kind == "drafts" else "\n"
+        end = "\x1b[K\r" if self._is_terminal and kind == "drafts" and not is_last else "\n"
         print(f"{now:7.1f} s  {text}", end=end, file=sys.stderr, flush=True)
         self._last, self._kind = now, kind
 
@@ -46,23 +47,25 @@ def state(study: Study, results: Results) -> str:
 
 
 def is_done(study: Study) -> bool:
-    """Whether the report is newer than the last trial: it is written at the end of a run."""
+    """Whether the report is newer than the last trial: it is written at the end of a run. There is a storage."""
     report, database = study.folder / "report.html", study.folder / "study.db"
     return report.is_file() and report.stat().st_mtime >= database.stat().st_mtime
 
 
 def watch(study: Study, lines: Lines) -> int:
     """Shows where a study is until its run ends. Returns the exit code."""
-    told = ""
+    told, done = "", False
     try:
-        while True:
-            text = state(study, Results.read(study))
-            if text != told:
-                lines.tell(text)
+        while not done:
+            # Before the first trial there is nothing to read, and a watcher makes nothing.
+            if (study.folder / "study.db").is_file():
+                done = is_done(study)
+                text = state(study, Results.read(study))
+                if text != told or done:
+                    lines.tell(text, is_last=done)
                 told = text
-            if is_done(study):
-                return 0
-            time.sleep(_LOOK_S)
+            time.sleep(0.0 if done else _LOOK_S)
+        return 0
     except KeyboardInterrupt:
         return 0
 

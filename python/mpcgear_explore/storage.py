@@ -11,9 +11,11 @@ from optuna.distributions import (
     FloatDistribution,
     IntDistribution,
 )
+from optuna.exceptions import StorageInternalError
 from optuna.samplers import BaseSampler, NSGAIISampler, RandomSampler, TPESampler
 from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
+from sqlalchemy.exc import SQLAlchemyError
 
 from mpcgear_explore.records import Record
 from mpcgear_explore.study import Study, Value, Variable
@@ -23,6 +25,9 @@ RECORD = "record"
 FAILED = "reason"
 """User attribute of a trial that could not be computed: why."""
 
+ERRORS = (StorageInternalError, SQLAlchemyError)
+"""What is raised where the storage cannot be read or written: a full disk, a file that is none."""
+
 _STARTUP = 16
 """Trials at random before the sampler learns."""
 
@@ -31,6 +36,12 @@ def quiet() -> None:
     """Warnings of Optuna only."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     logging.captureWarnings(True)
+
+
+def why(study: Study, error: BaseException) -> str:
+    """One of ERRORS in a line."""
+    cause = error.__cause__ if isinstance(error, StorageInternalError) and error.__cause__ else error
+    return f"{study.folder / 'study.db'}: {getattr(cause, 'orig', None) or cause}"
 
 
 def _distribution(variable: Variable) -> BaseDistribution:
@@ -73,10 +84,12 @@ def open_rung(study: Study, rung: int) -> optuna.Study:
     storage = optuna.storages.RDBStorage(study.storage, engine_kwargs={"connect_args": {"timeout": 60}})
     name = f"{study.name}: drafts" if rung == 0 else f"{study.name}: designs {rung}"
     directions = [StudyDirection.MAXIMIZE if o.up else StudyDirection.MINIMIZE for o in study.objectives]
-    opened = optuna.create_study(storage=storage, study_name=name, directions=directions, load_if_exists=True)
-    names = [o.measure for o in study.objectives]
-    if opened.metric_names != names:
-        opened.set_metric_names(names)
+    try:
+        # Who only reads does not even try to write.
+        return optuna.load_study(storage=storage, study_name=name)
+    except KeyError:
+        opened = optuna.create_study(storage=storage, study_name=name, directions=directions)
+    opened.set_metric_names([o.measure for o in study.objectives])
     return opened
 
 

@@ -47,7 +47,10 @@ def compute(request: Request) -> dict[str, Any]:
 def ask(command: list[str]) -> dict[str, Any]:
     """What the program answers to a command with `--json`. Raises StudyStopped."""
     for _ in range(RETRIES + 1):
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        try:
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        except OSError as error:
+            raise StudyStopped(f"{command[0]}: {error.strerror}") from error
         if done.returncode == 0:
             answer: dict[str, Any] = json.loads(done.stdout)
             return answer

@@ -1,6 +1,8 @@
 """A small study of the fake program."""
 
 import json
+import socket
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -36,6 +38,21 @@ STUDY: dict[str, Any] = {
 }
 
 MakeStudy = Callable[..., Path]
+
+LONGEST_S = 60.0
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+def until(holds: Callable[[], bool]) -> None:
+    end = time.monotonic() + LONGEST_S
+    while not holds():
+        assert time.monotonic() < end, "took too long"
+        time.sleep(0.02)
 
 
 @pytest.fixture(autouse=True)

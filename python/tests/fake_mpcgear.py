@@ -2,6 +2,7 @@
 """Stands for `mpcgear` in the tests of the engine: a trial takes a moment, is logged, and left as the program
 leaves it. Each trial that is begun and each that is done is one line of the log."""
 
+import fcntl
 import hashlib
 import json
 import os
@@ -51,16 +52,23 @@ def trial(arguments: list[str]) -> dict[str, object]:
     key = hashlib.sha256(json.dumps([stage, sorted(changes.items())]).encode()).hexdigest()[:24]
     into = Path(value_of(arguments, "--into"))
     found = into / key / "trial.json"
-    if found.is_file():
-        return {"reused": True, **json.loads(found.read_text(encoding="utf-8"))}
+    # As the program does: who is second waits for the first.
+    with open(into / f".{key}.lock", "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if found.is_file():
+            return {"reused": True, **json.loads(found.read_text(encoding="utf-8"))}
+        return made(into, key, changes, stage)
+
+
+def made(into: Path, key: str, changes: dict[str, float | str], stage: str) -> dict[str, object]:
     log("begun", key)
     time.sleep(float(os.environ.get("FAKE_SECONDS", "0")))
-    made = record(changes, stage, key)
+    answer = record(changes, stage, key)
     ready = Path(tempfile.mkdtemp(dir=into, prefix=".ready-"))
-    (ready / "trial.json").write_text(json.dumps(made), encoding="utf-8")
+    (ready / "trial.json").write_text(json.dumps(answer), encoding="utf-8")
     ready.rename(into / key)
     log("done", key)
-    return {"reused": False, **made}
+    return {"reused": False, **answer}
 
 
 def main() -> None:

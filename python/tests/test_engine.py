@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from conftest import FAKE, STUDY, MakeStudy
 
+from mpcgear_explore import progress
 from mpcgear_explore.__main__ import main
 
 COLUMNS = ["gear.a", "gear.b", "gear.c"]
@@ -37,8 +38,9 @@ def test_the_same_seed_gives_the_same_trials(make_study: MakeStudy) -> None:
     assert drafts(one) != drafts(other)
 
 
-def test_a_killed_driver_goes_on_with_the_same_trials(
-    make_study: MakeStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_an_ended_driver_goes_on_with_the_same_trials(
+    how: signal.Signals, make_study: MakeStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, killed = make_study("whole"), make_study("killed")
     assert explore(whole) == 0
@@ -50,8 +52,8 @@ def test_a_killed_driver_goes_on_with_the_same_trials(
     while not log.exists() or log.read_text().count("done") < 4:
         assert driver.poll() is None
         time.sleep(0.02)
-    os.killpg(driver.pid, signal.SIGKILL)
-    driver.wait()
+    os.killpg(driver.pid, how)
+    assert driver.wait() == (130 if how == signal.SIGINT else -how)
     monkeypatch.setenv("FAKE_SECONDS", "0")
     assert explore(killed) == 0
     assert drafts(killed) == drafts(whole)
@@ -118,6 +120,28 @@ def test_a_full_disk_is_named_and_nothing_is_lost(
     assert drafts(full) == drafts(whole)
 
 
+def test_a_full_disk_under_the_storage_is_named_too(make_study: MakeStudy) -> None:
+    whole, full = make_study("whole"), make_study("full")
+    assert explore(whole) == 0
+    # Files of at most 100 kB, less than the empty storage takes, are as good as a full disk.
+    limited = (
+        f"trap '' XFSZ; ulimit -f 200; exec {sys.executable} -m mpcgear_explore run {full} --binary {FAKE}"
+    )
+    stopped = subprocess.run(["sh", "-c", f"{limited} --quiet"], capture_output=True, text=True)
+    assert stopped.returncode == 2
+    lines = stopped.stderr.splitlines()
+    assert len(lines) == 1 and lines[0].startswith(f"error: {full / 'study.db'}: "), stopped.stderr
+    assert explore(full) == 0
+    assert drafts(full) == drafts(whole)
+
+
+def test_a_program_that_is_not_there_is_named(
+    make_study: MakeStudy, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(make_study()), "--binary", "no/such/program", "--quiet"]) == 2
+    assert "error: no/such/program: No such file or directory" in capsys.readouterr().err
+
+
 def test_time_ends_a_study(make_study: MakeStudy, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FAKE_SECONDS", "0.2")
     folder = make_study(budget={"trials": 100_000, "minutes": 0.05})
@@ -140,11 +164,21 @@ def test_drafts_of_a_wider_study_are_left_out(make_study: MakeStudy) -> None:
 
 
 def test_a_watcher_tells_where_the_study_is_and_ends_with_it(
-    make_study: MakeStudy, capsys: pytest.CaptureFixture[str]
+    make_study: MakeStudy, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = make_study()
-    assert explore(folder) == 0
-    capsys.readouterr()
+    folder = make_study(budget={"trials": 20, "minutes": None})
+    monkeypatch.setenv("FAKE_SECONDS", "0.4")
+    monkeypatch.setattr(progress, "_EVERY_S", 0.0)
+    monkeypatch.setattr(progress, "_LOOK_S", 0.3)
+    command = [sys.executable, "-m", "mpcgear_explore", "run", str(folder), "--binary", str(FAKE), "--quiet"]
+    driver = subprocess.Popen(command)
+    # It is there before the study has anything.
     assert main(["watch", str(folder)]) == 0
-    told = capsys.readouterr().err
-    assert "drafts 8 of 8" in told and "designs 2" in told
+    assert driver.wait() == 0
+    told = [line.split(" s  ", 1)[1] for line in capsys.readouterr().err.splitlines()]
+    assert len(set(told)) >= 5, told
+    counts = [int(line.split()[1]) for line in told]
+    assert counts == sorted(counts) and counts[0] < 5
+    table = pd.read_parquet(folder / "study.parquet")
+    drafted, designed = (table.rung == 0).sum(), (table.rung == 1).sum()
+    assert told[-1].startswith(f"drafts {drafted} of 20") and f"designs {designed} " in told[-1]

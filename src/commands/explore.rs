@@ -89,9 +89,26 @@ fn open(opened: &Opened, folder: &Path) -> Result<()> {
     disk::write_whole(&path, (json(opened)? + "\n").as_bytes())
 }
 
+/// The Python interpreter: the one that is named, or beside this program, where pip puts both, or on the path.
+fn interpreter(own: &Path) -> PathBuf {
+    if let Some(named) = std::env::var_os(PYTHON) {
+        return named.into();
+    }
+    let beside = own.with_file_name(if cfg!(windows) {
+        "python.exe"
+    } else {
+        "python3"
+    });
+    match beside.is_file() {
+        true => beside,
+        false => "python3".into(),
+    }
+}
+
 /// Hands over to the Python package.
 fn python(cli: &Cli, args: &ExploreArgs) -> Result<u8> {
-    let program = std::env::var(PYTHON).unwrap_or_else(|_| "python3".into());
+    let own = std::env::current_exe().map_err(Error::io("mpcgear"))?;
+    let program = interpreter(&own);
     let look = format!(
         "import sys; from importlib.util import find_spec\n\
          sys.exit(' '.join(n for n in {NEEDED:?} if not find_spec(n)) or 0)"
@@ -113,7 +130,6 @@ fn python(cli: &Cli, args: &ExploreArgs) -> Result<u8> {
         );
         return Err(Error::input(program, Problem::new("python", what, hint)));
     }
-    let own = std::env::current_exe().map_err(Error::io("mpcgear"))?;
     let mut command = Command::new(&program);
     command.args([
         "-m",

@@ -41,6 +41,7 @@ struct Answer<'a> {
 pub fn run(cli: &Cli, args: &TrialArgs) -> Result<u8> {
     if args.unwatched {
         limit_memory(args.memory_mb);
+        end_with_parent();
         compute(args)?;
         return Ok(0);
     }
@@ -81,8 +82,8 @@ fn trial(args: &TrialArgs) -> Trial<'_> {
 /// As [`run`].
 pub fn watched(args: &TrialArgs) -> Result<(Record, bool)> {
     let mut record = trial(args).record()?;
-    let folder = args.into.join(&record.key);
-    if let Some(found) = Record::read(&folder) {
+    let path = args.into.join(&record.key);
+    if let Some(found) = Record::read(&path) {
         return Ok((found, true));
     }
     let started = Instant::now();
@@ -91,16 +92,32 @@ pub fn watched(args: &TrialArgs) -> Result<(Record, bool)> {
     let reason = match ended.map_err(Error::io("mpcgear"))? {
         None => format!("took longer than {} s", args.timeout),
         Some(status) if status.success() => {
-            let missing = || Error::Internal(format!("{} has no record", folder.display()));
-            return Ok((Record::read(&folder).ok_or_else(missing)?, false));
+            let missing = || Error::Internal(format!("{} has no record", path.display()));
+            return Ok((Record::read(&path).ok_or_else(missing)?, false));
         }
         Some(status) => failure(status, &mut child, args)?,
     };
+    let folder = taken(&path)?;
+    if let Some(found) = Record::read(&path) {
+        return Ok((found, true));
+    }
     record.state = State::Poisoned;
     record.reason = reason;
     record.seconds = started.elapsed().as_secs_f64();
-    Folder::open(&folder)?.publish(&[record.file()?])?;
+    folder.publish(&[record.file()?])?;
     Ok((record, false))
+}
+
+/// The folder of a trial for this process alone. Where another process is at it, its end is waited for.
+fn taken(path: &Path) -> Result<Folder> {
+    loop {
+        match Folder::open(path) {
+            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::WouldBlock => {
+                std::thread::sleep(LOOK);
+            }
+            other => return other,
+        }
+    }
 }
 
 /// The same command in a process that computes.
@@ -196,21 +213,25 @@ fn limit_memory(megabytes: u64) {
 #[cfg(not(target_os = "linux"))]
 fn limit_memory(_: u64) {}
 
-/// Computes a trial and writes its folder, whole or not at all. Where another process is at it, its answer is
-/// waited for.
+/// Ends this process with the one that watches its time, so that none goes on for ever.
+#[cfg(target_os = "linux")]
+fn end_with_parent() {
+    use rustix::process::{Signal, set_parent_process_death_signal};
+    // Where that cannot be asked for the process ends by itself, as most trials do.
+    let _ = set_parent_process_death_signal(Some(Signal::KILL));
+}
+
+/// Nobody tells here.
+#[cfg(not(target_os = "linux"))]
+fn end_with_parent() {}
+
+/// Computes a trial and writes its folder, whole or not at all.
 fn compute(args: &TrialArgs) -> Result<()> {
     let started = Instant::now();
     let trial = trial(args);
     let mut record = trial.record()?;
     let path = args.into.join(&record.key);
-    let folder = loop {
-        match Folder::open(&path) {
-            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::WouldBlock => {
-                std::thread::sleep(LOOK);
-            }
-            other => break other?,
-        }
-    };
+    let folder = taken(&path)?;
     if Record::read(&path).is_some() {
         return Ok(());
     }

@@ -10,6 +10,9 @@ use crate::motion::Change;
 use crate::motion::document::{nearest, unknown_fields};
 use crate::{Problem, Problems};
 
+/// What is often forgotten.
+const QUOTES: &str = "paths with dots stand in quotes: \"gear.teeth\" = { low = 8, high = 12 }";
+
 /// Reads fields and gathers what is wrong with them.
 pub(super) struct Reader {
     /// What is wrong.
@@ -102,9 +105,7 @@ impl Reader {
         for (path, value) in &given {
             let at = format!("variables.{path:?}");
             if let Err(what) = Change::parse(&format!("{path}=0")) {
-                let hint =
-                    "paths with dots stand in quotes: \"gear.teeth\" = { low = 8, high = 12 }";
-                self.tell(&at, what, hint);
+                self.tell(&at, what, QUOTES);
             } else if let Some(range) = self.range(&at, value) {
                 variables.push(Variable {
                     path: path.clone(),
@@ -122,6 +123,10 @@ impl Reader {
             self.tell(at, format!("is {value}, which is no range"), HINT);
             return None;
         };
+        if table.values().any(Value::is_table) {
+            self.tell(at, "is a table of tables, which is no range", QUOTES);
+            return None;
+        }
         unknown_fields(
             at,
             table,
@@ -147,9 +152,14 @@ impl Reader {
         }
         let ends = [table.get("low"), table.get("high")];
         let step = table.get("step");
-        let log = table
-            .get("log")
-            .is_some_and(|log| log.as_bool() == Some(true));
+        let log = match table.get("log").map(Value::as_bool) {
+            None => false,
+            Some(Some(log)) => log,
+            Some(None) => {
+                self.tell(at, "log is neither true nor false", HINT);
+                return None;
+            }
+        };
         if let [Some(Value::Integer(low)), Some(Value::Integer(high))] = ends
             && step.is_none_or(Value::is_integer)
             && !log
@@ -255,6 +265,12 @@ impl Reader {
                 continue;
             }
             let [least, most] = ends;
+            if let (Some(least), Some(most)) = (least, most)
+                && least > most
+            {
+                let what = format!("is {limits}: least is more than most, so nothing is within");
+                self.tell(at, what, "");
+            }
             constraints.push(Constraint {
                 measure: name.clone(),
                 least,

@@ -245,9 +245,10 @@ fn tried(variable: &Variable, motion: &Path, base: &MotionFile) -> Vec<Problem> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use toml::Table;
 
     const MOTION: &str = "class = \"1R\"\n[motion]\nkind = \"formula\"\nown_turn = \"-phi + a*sin(phi)\"\n\
-                          constants = { a = \"0.1\" }\n";
+                          constants = { a = \"0.1\" }\n[load]\npoint_mm = [0.0, 0.0, 60.0]\ngravity = [0.0, 0.0, -1.0]\n";
 
     fn study(text: &str) -> Result<Study> {
         let folder = tempfile::tempdir().expect("a folder");
@@ -279,12 +280,100 @@ mod tests {
         assert!(!study.is_same(&longer));
     }
 
+    /// A study with one variable and one objective.
+    fn one(variable: &str, range: &str, objective: &str, way: &str) -> Result<Study> {
+        study(&format!(
+            "[variables]\n{variable:?} = {range}\n[objectives]\n{objective} = {way:?}\n[budget]\ntrials = 8\n"
+        ))
+    }
+
+    #[test]
+    fn sizes_numbers_choices_and_constants_can_be_varied() {
+        let numbers = ["center_distance_mm", "contact_ratio", "tooth_thickness_mm"];
+        let heights = ["tip_mm", "root_mm"];
+        for (name, range) in numbers
+            .iter()
+            .zip([
+                "{ low = 24.0, high = 30.0 }",
+                "{ low = 1.2, high = 1.5 }",
+                "{ low = 1.4, high = 2.0 }",
+            ])
+            .chain(heights.iter().zip([
+                "{ low = 0.5, high = 0.9 }",
+                "{ low = 0.3, high = 0.7, step = 0.1 }",
+            ]))
+        {
+            let made = one(&format!("gear.{name}"), range, "play_mm", "down").expect(name);
+            assert!(
+                matches!(made.variables[0].range, Range::Number { .. }),
+                "{name}"
+            );
+        }
+        let others = [
+            ("gear.teeth", "{ low = 8, high = 12 }"),
+            ("gear.sub_gear_pairs", "{ choices = [\"auto\", 3, 4] }"),
+            (
+                "load.follower_material",
+                "{ choices = [\"PLA\", \"PETG\", \"SLA\", \"PA12\", \"steel\"] }",
+            ),
+            ("fit.clearance_mm", "{ low = 0.05, high = 0.2, log = true }"),
+            ("motion.constants.a", "{ low = 0.05, high = 0.2 }"),
+            ("load.point_mm[2]", "{ low = 40.0, high = 60.0 }"),
+        ];
+        for (path, range) in others {
+            let made = one(path, range, "play_mm", "down").expect(path);
+            assert_eq!(made.variables[0].path, path);
+        }
+    }
+
+    #[test]
+    fn every_setting_can_be_varied() {
+        let settings = Table::try_from(crate::settings::Settings::default()).expect("a table");
+        let mut tried = 0;
+        for (section, fields) in &settings {
+            for (field, value) in fields.as_table().expect("a section") {
+                // Lists are varied by their numbers.
+                let (path, value) = match value.as_array() {
+                    None => (format!("{section}.{field}"), value),
+                    Some(list) if list.is_empty() => continue,
+                    Some(list) => (format!("{section}.{field}[0]"), &list[0]),
+                };
+                let made = one(
+                    &path,
+                    &format!("{{ choices = [{value}] }}"),
+                    "play_mm",
+                    "down",
+                );
+                assert!(made.is_ok(), "{path} = {value}: {:?}", made.err());
+                tried += 1;
+            }
+        }
+        assert!(tried > 40, "only {tried}");
+        assert!(one("gear.no_setting", "{ choices = [1] }", "play_mm", "down").is_err());
+    }
+
+    #[test]
+    fn every_figure_can_be_an_objective_and_a_constraint() {
+        for measure in crate::explore::measures::MEASURES {
+            let name = measure.name;
+            for (way, up) in [("up", true), ("down", false)] {
+                let made = one("gear.teeth", "{ low = 8, high = 12 }", name, way).expect(name);
+                let asked = &made.objectives[0];
+                assert_eq!((asked.measure.as_str(), asked.up), (name, up));
+                assert_eq!(asked.unit, measure.unit);
+            }
+            let limited = GOOD.replace("height_mm =", &format!("{name} ="));
+            let made = study(&limited).expect(name);
+            assert_eq!(made.constraints[0].measure, name);
+        }
+    }
+
     #[test]
     fn all_problems_are_told_at_once() {
         let text = "sampler = \"best\"\n[variables]\n\"gear.tooth\" = { low = 8, high = 12 }\n\
             \"gear.teeth\" = { low = 2, high = 12 }\n\"gear.tip_mm\" = { low = 1.0, high = 0.5 }\n\
-            \"motion.constants.b\" = { low = 0.1, high = 0.2 }\n\
-            [objectives]\nplastik_g = \"down\"\nplay_mm = \"less\"\n[constraints]\nheight_mm = 80\n[budget]\nkeep = 2\n";
+            \"gear.root_mm\" = { low = 0.1, high = 0.5, log = 1 }\nfit.clearance_mm = { low = 0.1, high = 0.2 }\n\"motion.constants.b\" = { low = 0.1, high = 0.2 }\n\
+            [objectives]\nplastik_g = \"down\"\nplay_mm = \"less\"\n[constraints]\nheight_mm = 80\nplay_mm = { least = 2, most = 1 }\n[budget]\nkeep = 2\n";
         let Err(Error::Input { problems, .. }) = study(text) else {
             panic!("accepted");
         };
@@ -298,6 +387,9 @@ mod tests {
             "did you mean `plastic_g`?",
             "is \"less\", allowed \"up\", \"down\"",
             "constraints.height_mm: is 80, which is no limit",
+            "least is more than most",
+            "log is neither true nor false",
+            "is a table of tables",
             "budget: has neither trials nor minutes",
             "budget.keep: is 2",
         ] {

@@ -126,9 +126,7 @@ impl Options {
             eye: number(most("bearing_wall"), 4),
         }
     }
-}
 
-impl Options {
     /// Whether the shaft end has room for a bore of this name.
     pub(super) fn has_shaft(&self, name: &str) -> bool {
         let shafts = self.shaft.iter().flat_map(|bores| &bores.shafts);

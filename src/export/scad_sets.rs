@@ -128,7 +128,8 @@ pub fn file(recipe: &Recipe) -> Result<File> {
             sets.insert(format!("{printer}+{piece}"), all);
         }
     }
-    sets.retain(|_, values| allowed(values, recipe));
+    let offered = Options::of(recipe);
+    sets.retain(|_, values| allowed(values, recipe, &offered));
     let page = Page { version: "1", sets };
     let text =
         serde_json::to_string_pretty(&page).map_err(|e| Error::Internal(format!("{NAME}: {e}")))?;
@@ -144,8 +145,7 @@ fn values(lists: &[&[(&str, &str)]]) -> Values {
 
 /// Whether every value that belongs to a parameter of the recipe lies in its range, and there is room for
 /// shaft and bearing.
-fn allowed(values: &Values, recipe: &Recipe) -> bool {
-    let offered = Options::of(recipe);
+fn allowed(values: &Values, recipe: &Recipe, offered: &Options) -> bool {
     values.iter().all(|(name, value)| {
         let parameter = recipe.parameters.iter().find(|p| p.name == *name);
         match (name.as_str(), parameter, value.parse::<f64>()) {

@@ -2,8 +2,10 @@
 #![allow(dead_code)] // every test file uses its own part of this
 
 use mpcgear::design::{Contact, Design, FORMAT, Section, Station, SubGearPair, ToothPair};
+use mpcgear::export::Source;
 use mpcgear::motion::{Class, Motion, MotionFile, MotionSource, MotionState};
 use mpcgear::settings::Settings;
+use mpcgear::solid::Solids;
 use mpcgear::solid::recipe::Recipe;
 use nalgebra::Vector3;
 
@@ -18,6 +20,18 @@ pub fn uniform(class: Class) -> (Design, Motion) {
     let source = MotionSource::Uniform {};
     let motion = Motion::new(class, &source).expect("uniform motion fits every class");
     (with_motion(class, source, &motion), motion)
+}
+
+/// The uniform design of `class` under that name, with its solids as exports take it, handed to `use_it`.
+pub fn with_source<T>(class: Class, name: &str, use_it: impl FnOnce(&Source) -> T) -> T {
+    let (mut design, motion) = uniform(class);
+    design.name = name.into();
+    let solids = Solids::build(&design, &motion).expect("builds");
+    use_it(&Source {
+        design: &design,
+        motion: &motion,
+        solids: Some(&solids),
+    })
 }
 
 /// The usual bands under the motion of one of the examples. Where it tilts or slides the teeth are

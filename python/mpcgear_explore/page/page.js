@@ -114,7 +114,7 @@ function plot(x, y) {
 }
 
 function parallel() {
-  const W = Math.max(700, 126 * names.length), H = 330, top = 46, bottom = 22, side = 62;
+  const W = Math.max(1100, 84 * names.length), H = 370, top = 80, bottom = 22, side = 62;
   const svg = element('svg', { width: W, height: H, viewBox: `0 0 ${W} ${H}`, role: 'img', 'aria-label': 'all variables and objectives' });
   const px = (i) => side + (i * (W - 2 * side)) / Math.max(names.length - 1, 1), py = (t) => H - bottom - t * (H - bottom - top);
   rows.forEach((row, i) => {
@@ -127,8 +127,10 @@ function parallel() {
     const x = px(k);
     element('line', { x1: x, x2: x, y1: py(0), y2: py(1), class: 'axis' }, svg);
     const parts = name.split('.');
-    parts.slice(-2).forEach((part, row) => element('text', { x, y: 14 + 14 * row, 'text-anchor': 'middle', class: 'name' }, svg, part));
-    for (const [t, text] of scales[name].ticks) element('text', { x: x + 5, y: py(t) + 4 }, svg, text);
+    // Neighbours' names would meet, so every other stands higher.
+    const high = k % 2 ? 14 : 46;
+    parts.slice(-2).forEach((part, row) => element('text', { x, y: high + 14 * row, 'text-anchor': 'middle', class: 'name' }, svg, part));
+    for (const [t, text] of scales[name].ticks) element('text', { x: x + 5, y: py(t) + 4, class: 'tick' }, svg, text);
     const brush = element('rect', { x: x - 9, width: 18, y: 0, height: 0, class: 'brush' }, svg);
     const hit = element('rect', { x: x - 12, width: 24, y: py(1), height: py(0) - py(1), class: 'hit' }, svg);
     let from = null;
@@ -202,8 +204,9 @@ const columns = [['key', (r) => r.key.slice(0, 8)], ['stage', (r) => data.rungs[
 
 function table() {
   const head = element('tr', {}, document.querySelector('#table thead'));
-  columns.forEach(([name], k) => {
-    element('th', {}, head, name).addEventListener('click', () => {
+  columns.forEach(([name, get], k) => {
+    const kind = rows.some((r) => typeof get(r) === 'number') ? '' : 'text';
+    element('th', { class: kind }, head, name).addEventListener('click', () => {
       state.down = state.sort === k ? !state.down : false;
       state.sort = k;
       update();
