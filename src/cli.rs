@@ -228,9 +228,9 @@ pub struct CheckArgs {
     /// Room of the printer, mm.
     #[arg(long, value_name = "XxYxZ", value_parser = parse_volume, default_value = "220x220x250")]
     pub printer: [f64; 3],
-    /// How far a printed surface may lie outside its place, mm.
-    #[arg(long, value_name = "MM", value_parser = parse_tolerance, default_value = "0.03")]
-    pub tolerance: f64,
+    /// How far a printed surface may lie outside its place, mm, instead of the design's `surface_error_mm`.
+    #[arg(long, value_name = "MM", value_parser = parse_tolerance)]
+    pub tolerance: Option<f64>,
     /// How densely to look; 1 is the default.
     #[arg(long, value_parser = parse_share, default_value = "1")]
     pub effort: f64,

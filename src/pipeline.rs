@@ -291,7 +291,7 @@ fn prove(
         motion,
         bodies: &solids.bodies,
         pieces: &pieces,
-        printer: Printer::default(),
+        printer: Printer::of(&design.settings.fit),
         effort: Effort::default(),
     };
     verify::check(&input, &mut |_, done| tell(done))

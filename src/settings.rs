@@ -2,8 +2,11 @@
 //! `[spokes]`, `[support]`, `[search]`, `[load]` tables of a motion file are read straight into these.
 
 mod check;
+mod profile;
 
 use serde::{Deserialize, Serialize};
+
+pub use profile::{Allowances, Profile};
 
 /// All settings of a design.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -57,9 +60,10 @@ pub enum Auto {
 }
 
 impl Settings {
-    /// Sizes that were not `given` (by section and field) follow a tooth that is thinner than they
-    /// allow for; a contact ratio that was given is kept.
+    /// Sizes that were not `given` (by section and field) follow the profile, and a tooth that is thinner
+    /// than they allow for; a contact ratio that was given is kept.
     pub(crate) fn follow(&mut self, given: impl Fn(&str, &str) -> bool) {
+        self.follow_profile(&given);
         let gear = &mut self.gear;
         if given("gear", "contact_ratio") && !given("gear", "least_contact_ratio") {
             gear.least_contact_ratio = gear.least_contact_ratio.max(gear.contact_ratio);
@@ -156,10 +160,21 @@ impl Gear {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fit {
+    /// How the parts are made: sets the gaps below, and in `[load]` the errors to expect, where they are
+    /// not given. Default "any".
+    pub profile: Profile,
     /// Flank-to-flank gap at the contact, mm; half is taken off each tooth. Default 0.1.
     pub clearance_mm: f64,
     /// Radial gap of pins, journals and the ball, mm. Default 0.15.
     pub joint_play_mm: f64,
+    /// Gap between printed pieces that are screwed together, mm. Default 0.1.
+    pub piece_fit_mm: f64,
+    /// How far the first layers of the pieces in `print/` are drawn in, because a filament printer presses
+    /// them wide, mm; as high as it is wide. Default 0.
+    pub elephant_foot_mm: f64,
+    /// How far a made surface may lie outside its place, mm: so much is added to all bodies where they must
+    /// stay apart. Default 0.03.
+    pub surface_error_mm: f64,
     /// Smallest gap wanted between parts that must never touch, mm. Default 0.3.
     pub safety_gap_mm: f64,
     /// Largest angle by which the follower may be loose with the motor held, deg. Default 1.5.
@@ -170,9 +185,15 @@ pub struct Fit {
 
 impl Default for Fit {
     fn default() -> Self {
+        let profile = Profile::default();
+        let needs = profile.allowances();
         Fit {
-            clearance_mm: 0.1,
-            joint_play_mm: 0.15,
+            profile,
+            clearance_mm: needs.clearance_mm,
+            joint_play_mm: needs.joint_play_mm,
+            piece_fit_mm: needs.piece_fit_mm,
+            elephant_foot_mm: needs.elephant_foot_mm,
+            surface_error_mm: needs.surface_error_mm,
             safety_gap_mm: 0.3,
             max_play_deg: 1.5,
             max_play_mm: 1.5,

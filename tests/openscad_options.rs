@@ -360,7 +360,9 @@ fn every_parameter_set_works_on_every_part() {
         let values = values.as_object().expect("values");
         assert!(values.values().all(|v| v.is_string()));
         let lies = values.get("layout").is_some_and(|v| v == "print");
-        assert_eq!(name.contains("fdm") || name.contains("sla"), lies, "{name}");
+        let printers = ["fdm_0.4", "fdm_0.6", "sla", "sls"];
+        let printed = name.split('+').any(|part| printers.contains(&part));
+        assert_eq!(printed, lies, "{name}");
         let piece = values.get("piece").and_then(|v| v.as_str());
         for body in &bench.solids.bodies {
             let of_body = |p: &&mpcgear::solid::assembly::PrintPiece| p.body == body.name;

@@ -51,7 +51,7 @@ fn comes_to_rest(design: &Design, motion: &Motion) {
             motion,
             bodies: &[],
             pieces: &[],
-            printer: Printer::default(),
+            printer: Printer::of(&design.settings.fit),
             effort: Effort::scaled(0.3),
         },
         &mut |_, _| ControlFlow::Continue(()),

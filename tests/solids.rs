@@ -7,7 +7,7 @@ use mpcgear::Error;
 use mpcgear::design::{Design, Gear};
 use mpcgear::motion::{Class, Motion};
 use mpcgear::solid::expression::Values;
-use mpcgear::solid::kernel::Solid;
+use mpcgear::solid::kernel::{self, Solid};
 use mpcgear::solid::{Solids, layout, pieces, primitive, section, sweep};
 
 /// Every pair of bodies that overlaps at a driver angle (every `step` degrees), with the volume.
@@ -254,4 +254,49 @@ fn a_folding_sweep_is_named() {
         }
         other => panic!("folded sweep gave {other:?}"),
     }
+}
+
+#[test]
+fn first_layers_are_drawn_in_where_asked_for() {
+    let (mut design, motion) = synthetic::uniform(Class::R1);
+    let plain = Solids::build(&design, &motion).expect("builds");
+    let amount = 0.3;
+    design.settings.fit.elephant_foot_mm = amount;
+    let drawn_in = Solids::build(&design, &motion).expect("builds");
+    assert_eq!(
+        plain.bodies, drawn_in.bodies,
+        "only what is printed is drawn in"
+    );
+    for (before, after) in plain.pieces.iter().zip(&drawn_in.pieces) {
+        // Corner to corner on the bed, before and after.
+        let foot = |mesh: &mpcgear::solid::Mesh| {
+            let on_bed = mesh.vertices.iter().filter(|v| v[2] < 1e-6);
+            on_bed.fold([f64::MAX, f64::MIN], |[lo, hi], v| {
+                [lo.min(v[1]), hi.max(v[1])]
+            })
+        };
+        let ([a, b], [c, d]) = (foot(&before.mesh), foot(&after.mesh));
+        let name = &before.name;
+        assert!(
+            (c - a - amount).abs() < 2e-3 && (b - d - amount).abs() < 2e-3,
+            "{name}: {a} to {b} became {c} to {d}"
+        );
+        assert!(before.mesh.bounds().1.z == after.mesh.bounds().1.z);
+        let layers = |z: f64| {
+            let cut = after.mesh.vertices.iter();
+            cut.filter(|v| (v[2] - z).abs() < 1e-6).count()
+        };
+        assert!(layers(amount) > 0, "{name}: no step at {amount} mm");
+    }
+}
+
+#[test]
+fn a_block_loses_the_rim_of_its_first_layers() {
+    let side = 20.0;
+    let block = kernel::lathe(&[(side / 2_f64.sqrt(), 0.0), (side / 2_f64.sqrt(), 5.0)], 4);
+    let solid = Solid::new(&block, "block").expect("closed");
+    let amount = 0.25;
+    let rim = amount * (side * side - (side - 2.0 * amount).powi(2));
+    let left = solid.foot_drawn_in(amount).volume();
+    assert!((side * side * 5.0 - left - rim).abs() < 1e-6, "{left}");
 }

@@ -66,11 +66,13 @@ pub fn run(cli: &Cli, args: &CheckArgs) -> Result<u8> {
             "{triangles} triangles take long to check; meshes of a tenth of that show the same"
         ));
     }
-    let printer = Printer {
+    let mut printer = Printer {
         volume_mm: args.printer,
-        tolerance_mm: args.tolerance,
-        ..Printer::default()
+        ..Printer::of(&design.settings.fit)
     };
+    if let Some(tolerance) = args.tolerance {
+        printer.tolerance_mm = tolerance;
+    }
     let (found, seconds) = judge(
         cli,
         (&design, &motion),
@@ -105,7 +107,7 @@ pub fn of(cli: &Cli, source: &Source, file: &Path) -> Result<Check> {
         cli,
         (design, motion),
         &given,
-        (Printer::default(), Effort::default()),
+        (Printer::of(&design.settings.fit), Effort::default()),
     )?
     .0)
 }

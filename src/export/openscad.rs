@@ -155,6 +155,8 @@ struct Page<'a> {
     others: Vec<Elsewhere>,
     library: &'static str,
     poses: Vec<String>,
+    /// How far the first layers are drawn in, mm.
+    elephant_foot: String,
 }
 
 /// Parameters that another file has.
@@ -212,6 +214,7 @@ impl<'a> Page<'a> {
             others: Vec::new(),
             library: library(),
             poses: Vec::new(),
+            elephant_foot: number(source.design.settings.fit.elephant_foot_mm, 3),
         }
     }
 }

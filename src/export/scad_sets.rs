@@ -6,6 +6,8 @@ use serde::Serialize;
 
 use super::File;
 use super::scad_options::Options;
+use super::scad_teeth::number;
+use crate::settings::Profile;
 use crate::solid::recipe::Recipe;
 use crate::{Error, Result};
 
@@ -19,41 +21,6 @@ type Set = (&'static str, &'static [(&'static str, &'static str)]);
 const QUALITIES: [Set; 2] = [
     ("draft", &[("quality", "draft")]),
     ("fine", &[("quality", "fine")]),
-];
-
-/// Printers: what they need beside [`PRINTED`].
-const PRINTERS: [Set; 3] = [
-    (
-        "sla",
-        &[
-            ("quality", "fine"),
-            ("joint_play", "0.08"),
-            ("piece_fit", "0.05"),
-            ("bore_fit", "0.05"),
-        ],
-    ),
-    (
-        "fdm_0.4",
-        &[
-            ("clearance", "0.15"),
-            ("joint_play", "0.2"),
-            ("piece_fit", "0.15"),
-            ("bore_fit", "0.15"),
-            ("bearing_fit", "0.1"),
-            ("elephant_foot", "0.2"),
-        ],
-    ),
-    (
-        "fdm_0.6",
-        &[
-            ("clearance", "0.25"),
-            ("joint_play", "0.3"),
-            ("piece_fit", "0.2"),
-            ("bore_fit", "0.2"),
-            ("bearing_fit", "0.15"),
-            ("elephant_foot", "0.3"),
-        ],
-    ),
 ];
 
 /// Motors and bearings; their values go before a printer's.
@@ -91,8 +58,31 @@ const DRIVES: [Set; 4] = [
     ),
 ];
 
+/// Printers that there are sets for.
+const PRINTERS: [Profile; 4] = [Profile::Sla, Profile::Sls, Profile::Fdm04, Profile::Fdm06];
+
 /// What a set for a printer makes: everything, flat on the bed.
 const PRINTED: [(&str, &str); 3] = [("layout", "print"), ("piece", "whole"), ("part", "all")];
+
+/// Values for parts made as `profile` says, in words of the scripts.
+fn made(profile: Profile) -> Values {
+    let needs = profile.allowances();
+    let mut values = values(&[&PRINTED]);
+    for (name, value) in [
+        ("clearance", needs.clearance_mm),
+        ("joint_play", needs.joint_play_mm),
+        ("piece_fit", needs.piece_fit_mm),
+        ("bore_fit", needs.bore_fit_mm),
+        ("bearing_fit", needs.bearing_fit_mm),
+        ("elephant_foot", needs.elephant_foot_mm),
+    ] {
+        values.insert(name.to_string(), number(value, 3));
+    }
+    if profile == Profile::Sla {
+        values.insert("quality".into(), "fine".into());
+    }
+    values
+}
 
 /// Values by parameter, as text.
 type Values = BTreeMap<String, String>;
@@ -116,16 +106,20 @@ pub fn file(recipe: &Recipe) -> Result<File> {
     sets.extend(alone.map(|(name, own)| (name.to_string(), values(&[own]))));
     let pieces = recipe.bodies.iter().flat_map(|body| &body.pieces);
     let pieces: Vec<&str> = pieces.map(|piece| piece.name.as_str()).collect();
-    for (printer, own) in PRINTERS {
-        sets.insert(printer.to_string(), values(&[&PRINTED, own]));
+    for profile in PRINTERS {
+        let (printer, own) = (profile.name(), made(profile));
+        let with = |more: &[(&str, &str)]| {
+            let mut all = own.clone();
+            all.extend(values(&[more]));
+            all
+        };
+        sets.insert(printer.to_string(), own.clone());
         for (drive, more) in DRIVES {
-            let all = values(&[&PRINTED, own, more]);
-            sets.insert(format!("{drive}+{printer}"), all);
+            sets.insert(format!("{drive}+{printer}"), with(more));
         }
         for piece in &pieces {
             let only = [("piece", *piece), ("part", *piece)];
-            let all = values(&[&PRINTED, own, &only]);
-            sets.insert(format!("{printer}+{piece}"), all);
+            sets.insert(format!("{printer}+{piece}"), with(&only));
         }
     }
     let offered = Options::of(recipe);

@@ -46,6 +46,7 @@ pub struct ExtraLoad {
 
 impl Default for Load {
     fn default() -> Self {
+        let needs = crate::settings::Profile::default().allowances();
         Load {
             mass_g: 100.0,
             point_mm: [0.0, 0.0, 60.0],
@@ -55,9 +56,9 @@ impl Default for Load {
             friction: 0.2,
             driver_material: Material::Pla,
             follower_material: Material::Pla,
-            center_distance_error_mm: 0.1,
-            axis_tilt_error_deg: 0.2,
-            scale_error_percent: 0.2,
+            center_distance_error_mm: needs.center_distance_error_mm,
+            axis_tilt_error_deg: needs.axis_tilt_error_deg,
+            scale_error_percent: needs.scale_error_percent,
         }
     }
 }

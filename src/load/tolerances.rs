@@ -2,7 +2,7 @@
 //!
 //! Every error is drawn from a normal distribution with half its tolerance as deviation, cut off at the tolerance:
 //! centre distance, tilt of the axis, scale of both gears ([`Load`]), and how far either flank lies off its place
-//! ([`Printer::tolerance_mm`]). A gear works when no contact jams, the follower is held at every angle, and its
+//! ([`Fit::surface_error_mm`](crate::settings::Fit::surface_error_mm)). A gear works when no contact jams, the follower is held at every angle, and its
 //! play is within what the settings allow.
 
 use rand::{RngExt, SeedableRng};
@@ -15,7 +15,6 @@ use super::sensitivity::{Deviation, ERRORS, effect};
 use super::{Load, Sampling, forces, play};
 use crate::design::Design;
 use crate::motion::Motion;
-use crate::verify::Printer;
 use crate::{Error, Result};
 
 /// Angles of a turn at which each gear is looked at.
@@ -100,7 +99,7 @@ pub fn spread(design: &Design, motion: &Motion, load: &Load, draws: Draws) -> Re
                 load,
                 std::array::from_fn::<_, ERRORS, _>(|_| error(&mut rng)),
             );
-            let flanks = Printer::default().tolerance_mm * (error(&mut rng) + error(&mut rng));
+            let flanks = design.settings.fit.surface_error_mm * (error(&mut rng) + error(&mut rng));
             gear((design, load), &angles, (&deviation, flanks))
         })
         .collect();

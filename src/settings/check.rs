@@ -95,6 +95,9 @@ impl Settings {
         c.range("gear.norm_weight", gear.norm_weight, 0.001, 1e6);
         c.range("fit.clearance_mm", fit.clearance_mm, 0.0, 2.0);
         c.range("fit.joint_play_mm", fit.joint_play_mm, 0.0, 2.0);
+        c.range("fit.piece_fit_mm", fit.piece_fit_mm, 0.0, 0.3);
+        c.range("fit.elephant_foot_mm", fit.elephant_foot_mm, 0.0, 0.6);
+        c.range("fit.surface_error_mm", fit.surface_error_mm, 0.0, 1.0);
         c.range("fit.safety_gap_mm", fit.safety_gap_mm, 0.0, 5.0);
         c.range("fit.max_play_deg", fit.max_play_deg, 0.01, 180.0);
         c.range("fit.max_play_mm", fit.max_play_mm, 0.01, 1000.0);

@@ -123,15 +123,16 @@ fn build_body(
     let mut pieces = Vec::new();
     for piece in &body.pieces {
         let solid = primitive::build(&piece.features, &values)?;
-        pieces.push(print_piece(
-            &piece.name,
-            body,
-            solid.one_body(&piece.name)?,
-            piece.up,
-        ));
+        let mesh = solid.one_body(&piece.name)?;
+        pieces.push(print_piece(&piece.name, body, mesh, piece.up));
     }
     if pieces.is_empty() {
         pieces.push(print_piece(&body.name, body, mesh.clone(), [0.0, 0.0, 1.0]));
+    }
+    let foot = design.settings.fit.elephant_foot_mm;
+    for piece in pieces.iter_mut().filter(|_| foot > 0.0) {
+        let solid = Solid::new(&piece.mesh, &piece.name)?;
+        piece.mesh = solid.foot_drawn_in(foot).one_body(&piece.name)?;
     }
     let carrier = match body.name.as_str() {
         "driver" => Carrier::Driver,

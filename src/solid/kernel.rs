@@ -1,8 +1,10 @@
 //! Thin wrapper over the solid kernel (`manifold-rust`): meshes in, booleans, meshes out, and one
 //! place that says what a sound solid is.
 
+use manifold_rust::cross_section::CrossSection;
+use manifold_rust::linalg::{Vec2, Vec3};
 use manifold_rust::manifold::Manifold;
-use manifold_rust::types::{BooleanEngine, Error as Status, MeshGLP, OpType};
+use manifold_rust::types::{BooleanEngine, Error as Status, MeshGLP, OpType, Rect};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Mesh, slivers};
@@ -81,6 +83,21 @@ impl Solid {
     /// The solid without edges and steps below `tolerance`, mm.
     pub fn smoothed(&self, tolerance: f64) -> Solid {
         Solid(self.0.simplify(tolerance))
+    }
+
+    /// A solid that stands on z = 0 with its lowest `amount` (mm) drawn in by as much, against a printer
+    /// that presses its first layers wide.
+    pub fn foot_drawn_in(&self, amount: f64) -> Solid {
+        let down = Vec3::new(0.0, 0.0, -1.0);
+        let outline = self.0.trim_by_plane(down, -amount).project();
+        let bounds = outline.bounds();
+        let margin = Vec2::new(1.0, 1.0);
+        let all =
+            CrossSection::from_rect(&Rect::from_points(bounds.min - margin, bounds.max + margin));
+        let around = all.difference(&outline.offset(-amount)).to_polygons();
+        let straight = Vec2::new(1.0, 1.0);
+        let layers = Manifold::extrude(&around, 1.0 + amount, 0, 0.0, straight).translate(down);
+        self.difference(&Solid(layers))
     }
 
     /// Volume, mm³.

@@ -166,7 +166,7 @@ fn parameters(design: &Design, m: &Measures) -> Vec<Parameter> {
     );
     t.free(
         "piece_fit",
-        (0.0, 0.1, 0.3),
+        (0.0, fit.piece_fit_mm, 0.3),
         "gap between printed pieces that are screwed together",
     );
 

@@ -291,7 +291,7 @@ impl Measures {
                 .map(|&p| (p.z, sampler.axis_distance(p)))
                 .collect(),
             drum: (driver_hub.1, driver_top),
-            bridge: (eye, driver_top + BRIDGE_THICKNESS + play),
+            bridge: (eye, driver_top + BRIDGE_THICKNESS + play + gap),
             shaft: settings.hub.journal_radius_mm,
         };
         let (mount_bottom, mount_radius) = obstacles.mount(
@@ -375,7 +375,7 @@ struct Obstacles {
     teeth: Vec<(f64, f64)>,
     /// Radius and top of the drum.
     drum: (f64, f64),
-    /// Radius and top of the bridge's eye, which stands on the drum.
+    /// Radius of the bridge's eye, which stands on the drum, and its top with the gap above.
     bridge: (f64, f64),
     /// Radius of the shaft above.
     shaft: f64,
@@ -406,8 +406,8 @@ impl Obstacles {
             .map(|i| self.radius(floor + STEP * f64::from(i)))
             .collect();
         let at = |z: f64| {
-            let index = ((z - floor) / STEP).round().clamp(0.0, 399.0);
-            table[index as usize]
+            let index = ((z - floor) / STEP).clamp(0.0, 399.0);
+            table[index.floor() as usize].max(table[index.ceil() as usize])
         };
         let wanted = sampler.design.settings.hub.mount_radius_mm;
         let smallest = sampler

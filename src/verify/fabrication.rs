@@ -3,25 +3,30 @@
 use nalgebra::Vector3;
 
 use super::claim::{Claim, Spot};
+use crate::settings::Fit;
 use crate::solid::Mesh;
+
+/// Faces that lean farther than this from upright need support, deg.
+pub const OVERHANG_DEG: f64 = 45.0;
 
 /// The printer that pieces have to suit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printer {
     /// Room on the bed, x, y, z, mm. Default 220 × 220 × 250.
     pub volume_mm: [f64; 3],
-    /// How far a printed surface may lie outside its place, mm. Default 0.03.
+    /// How far a printed surface may lie outside its place, mm: `fit.surface_error_mm` of the design.
     pub tolerance_mm: f64,
     /// Faces that lean farther than this from upright need support, deg. Default 45.
     pub overhang_deg: f64,
 }
 
-impl Default for Printer {
-    fn default() -> Self {
+impl Printer {
+    /// The usual printer, as accurate as `fit` says.
+    pub fn of(fit: &Fit) -> Printer {
         Printer {
             volume_mm: [220.0, 220.0, 250.0],
-            tolerance_mm: 0.03,
-            overhang_deg: 45.0,
+            tolerance_mm: fit.surface_error_mm,
+            overhang_deg: OVERHANG_DEG,
         }
     }
 }
@@ -76,19 +81,20 @@ pub(super) fn claims<'a>(
     claims
 }
 
-/// Faces of a piece that look down too flatly to be printed without support.
+/// Faces of a piece, as it lies on z = 0, that look down too flatly to be printed without support.
 #[derive(Debug, Clone, Copy, Default)]
-struct Overhang {
-    area_mm2: f64,
+pub struct Overhang {
+    /// Their area, mm².
+    pub area_mm2: f64,
     /// Angle from upright of the flattest of them: 90 is a ceiling, deg.
-    steepest_deg: f64,
+    pub steepest_deg: f64,
     /// The middle of that face.
-    at: Option<[f64; 3]>,
+    pub at: Option<[f64; 3]>,
 }
 
 impl Overhang {
     /// Faces leaning more than `limit_deg` from upright that are off the bed.
-    fn of(mesh: &Mesh, limit_deg: f64) -> Overhang {
+    pub fn of(mesh: &Mesh, limit_deg: f64) -> Overhang {
         let mut found = Overhang::default();
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|i| mesh.vertex(i));

@@ -26,7 +26,7 @@ mod triangle;
 pub use check::{Check, CheckInput, Effort, check, examine};
 pub use claim::{Claim, Spot};
 pub use escape::{Escape, directions, displacement};
-pub use fabrication::Printer;
+pub use fabrication::{OVERHANG_DEG, Overhang, Printer};
 pub use failure::{Failure, Recognised};
 pub use hold::Play;
 pub use mechanism::Mechanism;

@@ -38,7 +38,7 @@ pub fn checked(design: &Design, motion: &Motion, bodies: &[SolidBody]) -> Check 
         motion,
         bodies,
         pieces: &[],
-        printer: Printer::default(),
+        printer: Printer::of(&design.settings.fit),
         // 40 phases are four in each tooth's share of the turn.
         effort: Effort {
             steps: 120,
