@@ -32,6 +32,7 @@ def edit(document, alias, value, form="=%.9f mm"):
     document.recompute()
     if teeth.stale(document):
         teeth.rebuild(document)
+        document.recompute()
     assert check.broken(document) == [], check.broken(document)
     return sheet.get(cell.replace("B", "E"))
 

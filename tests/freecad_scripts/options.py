@@ -39,6 +39,7 @@ def measured(document):
     document.recompute()
     if teeth.stale(document):
         teeth.rebuild(document)
+        document.recompute()
     assert check.broken(document) == [], check.broken(document)
     solids = {name: files.solid_of(document.getObject(name)) for name in PARTS}
     return {name: (s.Volume, (s.BoundBox.ZMin, s.BoundBox.ZMax)) for name, s in solids.items()}

@@ -26,10 +26,10 @@ def build(document, design):
     build_options(document, design, names)
     build_poses(document, design)
     build_sections(document, design)
+    document.recompute()
     builders = [BodyBuilder(document, design, names) for _ in design["recipe"]["bodies"]]
     parts = [builder.build(body) for builder, body in zip(builders, design["recipe"]["bodies"])]
     build_datums(document, design, names)
-    document.recompute()
     rebuild(document)
     build_print(document, design, builders)
     build_check(document)

@@ -1,5 +1,7 @@
 # --- The sheet Check: whether what is shown is what the sheets say ---------------------------------
 
+import FreeCAD as App
+
 from .parameters import TEETH
 from .teeth import SAME, aliases, features
 
@@ -40,3 +42,21 @@ def update(document):
             good = str(sheet.get("B%d" % row)) == "ok" if sheet.getContents("B%d" % row) else False
             sheet.setBackground("B%d" % row, GOOD if good else BAD)
     return failures
+
+
+class Watch:
+    """Keeps the sheets Check of all documents up to date in a session with a window."""
+
+    watching = None
+
+    def slotRecomputedDocument(self, document):
+        """FreeCAD calls it after every recompute."""
+        if document.getObject("Check") is not None:
+            update(document)
+
+
+def watch():
+    """Begins to watch; once per session."""
+    if Watch.watching is None:
+        Watch.watching = Watch()
+        App.addDocumentObserver(Watch.watching)

@@ -5,6 +5,10 @@ import FreeCAD as App
 from .parameters import Expression
 
 
+class NotAHub(Exception):
+    """What was to go under the teeth is not built on a hub; the text says what to do."""
+
+
 def build_datums(document, design, names):
     """Axes, joint centre, and the faces that others are built on: each follows the sheets, not a face
     of a solid, so that a sketch attached to it stays when faces come and go."""
@@ -48,8 +52,8 @@ def adopt(document, feature):
     for part in document.findObjects("App::Part"):
         if "Hub" in part.PropertiesList and part.Hub != part.Result and feature in part.Group:
             if part.Hub != feature and part.Hub not in feature.OutListRecursive:
-                raise ValueError("%s is not built on %s" % (feature.Label, part.Hub.Label))
+                raise NotAHub("%s is not built on %s" % (feature.Label, part.Hub.Label))
             part.Result.Shapes = [feature] + part.Result.Shapes[1:]
             feature.Visibility = False
             return part.Result
-    raise ValueError("%s belongs to no gear: move it into Driver or Follower first" % feature.Label)
+    raise NotAHub("%s belongs to no gear: move it into Driver or Follower first" % feature.Label)

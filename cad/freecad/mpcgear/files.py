@@ -11,7 +11,9 @@ import FreeCAD as App
 import Import
 import MeshPart
 
-from .check import broken
+from .check import broken, watch
+from .progress import Cancelled
+from .teeth import rebuild, stale
 
 COLOURS = {
     "driver": (0.25, 0.45, 0.70),
@@ -119,12 +121,34 @@ def run_headless(build, design, stem, folder):
     os._exit(0 if result["ok"] else 1)
 
 
+def run_in_window(build, design, stem):
+    """Builds a new document and shows it; where the document before you was made so and its teeth are not
+    those of the sheets, builds those anew instead. A cancelled run leaves everything as it was."""
+    document = App.ActiveDocument
+    old = document is not None and document.getObject("ToothParams") is not None and stale(document)
+    try:
+        if old:
+            rebuild(document)
+            document.recompute()
+            return
+        document = App.newDocument(stem)
+        build(document, design)
+        show(document)
+    except Cancelled:
+        if not old:
+            App.closeDocument(document.Name)
+        App.Console.PrintMessage("mpcgear: cancelled\n")
+
+
 def show(document):
-    """With a window: fits the view, and says in words what did not recompute."""
+    """With a window: watches the document, shows the whole mechanism, and says in words what did not
+    recompute."""
     import FreeCADGui as Gui
 
+    watch()
     failures = broken(document)
     if failures:
         App.Console.PrintError("mpcgear: does not recompute: %s\n" % "; ".join(failures))
-    Gui.SendMsgToActiveView("ViewFit")
-    Gui.activeDocument().activeView().viewIsometric()
+    view = Gui.getDocument(document.Name).activeView()
+    view.viewIsometric()
+    view.fitAll()

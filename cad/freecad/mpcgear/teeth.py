@@ -124,7 +124,8 @@ def stale(document):
 
 
 def rebuild(document):
-    """Lofts and fuses the teeth of every gear and recomputes; all or nothing, also when cancelled."""
+    """Lofts and fuses the teeth of every gear, all or nothing, also when cancelled. The bodies are yet to be
+    recomputed."""
     made, found = {}, features(document)
     with Progress("Building teeth", sum(len(f.Counts) for f in found)) as progress:
         for feature in found:
@@ -132,7 +133,6 @@ def rebuild(document):
     for feature in found:
         feature.Shape = made[feature.Name]
         feature.Built = values(document)
-    document.recompute()
 
 
 class GearTeeth:
