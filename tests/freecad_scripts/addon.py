@@ -111,11 +111,12 @@ def check_speaks_up(document):
         assert table.B2.startswith(words), table.B2
     sheet, cell = parameters.cell_of(document, "journal_radius")
     before = sheet.getContents(cell)
-    for value, words in (("=-1 mm", "NOT RECOMPUTED: "), (before, "ok")):
+    for value, words in (("=-1 mm", "NOT OK: "), (before, "ok")):
         sheet.set(cell, value)
         document.recompute()
         check.update(document)
         assert table.B3.startswith(words), table.B3
+        assert table.Label == ("Check: ok" if words == "ok" else "Check: NOT OK"), table.Label
 
 
 def drives(document):

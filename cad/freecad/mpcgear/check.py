@@ -6,7 +6,7 @@ from .parameters import TEETH
 from .teeth import SAME, aliases, features
 
 GOOD, BAD = (0.75, 0.93, 0.75, 1.0), (0.95, 0.45, 0.4, 1.0)
-SAYS_RECOMPUTED = "B3"
+SAYS_TEETH, SAYS_SOLIDS = "B2", "B3"
 
 
 def build_check(document):
@@ -19,28 +19,41 @@ def build_check(document):
     sheet.set("A2", "Teeth")
     terms = ["abs(%s.%s / 1 mm - %s.Built[%d])" % (TEETH, alias, feature.Name, i)
              for feature in features(document) for i, alias in enumerate(aliases(document))]
-    sheet.set("B2", "=max(%s) > %g ? <<NOT REBUILT: choose 'Rebuild teeth', or run the macro again>> : "
-                    "<<ok>>" % ("; ".join(terms), SAME))
-    sheet.set("A3", "Recomputed")
+    sheet.set(SAYS_TEETH, "=max(%s) > %g ? <<NOT REBUILT: choose 'Rebuild teeth', or run the macro again>> : "
+              "<<ok>>" % ("; ".join(terms), SAME))
+    sheet.set("A3", "Solids")
+    sheet.recompute()
     update(document)
 
 
+def fault(solid):
+    """What is wrong with a feature that has to be one solid; None where nothing is."""
+    if not solid.isValid():
+        return "does not recompute: " + solid.getStatusString()
+    if len(solid.Shape.Solids) != 1:
+        return "%d separate solids instead of one" % len(solid.Shape.Solids)
+    return None if solid.Shape.isValid() else "the solid is not valid"
+
+
 def broken(document):
-    """Labels of all objects that did not recompute, with FreeCAD's reason."""
-    return ["%s: %s" % (o.Label, o.getStatusString()) for o in document.Objects if not o.isValid()]
+    """Labels of all objects that did not recompute, with FreeCAD's reason, and of bodies that are not one
+    valid solid each."""
+    said = ["%s: %s" % (o.Label, o.getStatusString()) for o in document.Objects if not o.isValid()]
+    bodies = [o.Result for o in document.Objects if "Result" in o.PropertiesList and o.Result.isValid()]
+    return said + ["%s: %s" % (solid.Label, fault(solid)) for solid in bodies if fault(solid)]
 
 
 def update(document):
-    """Writes into the sheet what did not recompute, red where anything did not; returns those labels."""
+    """Writes into the sheet what is broken, red where anything is; returns those labels."""
     sheet, failures = document.getObject("Check"), broken(document)
-    words = "NOT RECOMPUTED: " + "; ".join(failures) if failures else "ok"
-    if sheet is not None and sheet.getContents(SAYS_RECOMPUTED).lstrip("'=") != words:
-        sheet.set(SAYS_RECOMPUTED, words)
+    words = "NOT OK: " + "; ".join(failures) if failures else "ok"
+    if sheet.getContents(SAYS_SOLIDS).lstrip("'=") != words:
+        sheet.set(SAYS_SOLIDS, words)
         sheet.recompute()
-    if sheet is not None:
-        for row in (2, 3):
-            good = str(sheet.get("B%d" % row)) == "ok" if sheet.getContents("B%d" % row) else False
-            sheet.setBackground("B%d" % row, GOOD if good else BAD)
+    good = {cell: sheet.get(cell) == "ok" for cell in (SAYS_TEETH, SAYS_SOLIDS)}
+    for cell, is_good in good.items():
+        sheet.setBackground(cell, GOOD if is_good else BAD)
+    sheet.Label = "Check: ok" if all(good.values()) else "Check: NOT OK"
     return failures
 
 

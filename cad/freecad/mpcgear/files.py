@@ -11,7 +11,7 @@ import FreeCAD as App
 import Import
 import MeshPart
 
-from .check import broken, watch
+from .check import broken, fault, watch
 from .progress import Cancelled
 from .teeth import rebuild, stale
 
@@ -25,14 +25,9 @@ COLOURS = {
 
 def solid_of(part):
     """The one solid of a part, in assembled position; fails with words when it is not one."""
-    feature = part.Result
-    if not feature.isValid():
-        raise RuntimeError("%s: %s does not recompute: %s"
-                           % (part.Label, feature.Label, feature.getStatusString()))
-    solids = feature.Shape.Solids
-    if len(solids) != 1:
-        raise RuntimeError("%s: %d separate solids instead of one" % (part.Label, len(solids)))
-    solid = solids[0].copy()
+    if fault(part.Result):
+        raise RuntimeError("%s: %s: %s" % (part.Label, part.Result.Label, fault(part.Result)))
+    solid = part.Result.Shape.Solids[0].copy()
     solid.check(os.environ.get("MPCGEAR_CHECK") == "full")  # True also finds self-intersections
     solid.Placement = where(part).multiply(solid.Placement)
     return solid
