@@ -132,6 +132,8 @@ def drives(document):
     gear.move(gear.phis[len(gear.phis) // 2])
     again = mechanism.Mechanism(document)
     assert same(again.phi, gear.phi, 1e-6), (again.phi, gear.phi)
+    touched = [o.Name for o in document.Objects if "Touched" in o.State]
+    assert touched == [], touched
 
 
 def sees_clearance_and_overlap(document):

@@ -54,6 +54,7 @@ def update(document):
     for cell, is_good in good.items():
         sheet.setBackground(cell, GOOD if is_good else BAD)
     sheet.Label = "Check: ok" if all(good.values()) else "Check: NOT OK"
+    sheet.purgeTouched()
     return failures
 
 

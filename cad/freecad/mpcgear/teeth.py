@@ -164,9 +164,9 @@ class GearTeeth:
         bead = self.bead(pair, span)
         return [loft([moved(bead, placement) for placement in along]), loft(self.rib_wires(along[1:-1]))]
 
-    def fins(self):
-        """[(name, solid)] of every tooth with its rib."""
-        return [(tooth[0], solid) for i, tooth in enumerate(self.teeth) for solid in self.fused([i])]
+    def fin(self, number):
+        """One tooth with its rib, as one shape."""
+        return Part.makeCompound(self.fused([number]))
 
     def fused(self, group):
         """The solids of a group of teeth. FreeCAD's kernel misses an intersection now and then, which
@@ -209,7 +209,13 @@ class GearTeeth:
         return Part.makeCompound(result)
 
     def close_pairs(self):
-        """Pairs of teeth that may touch: boxes around the pieces between their stations meet."""
+        """Pairs of teeth that may touch."""
+        pieces = self.boxes()
+        return [(i, j) for j in range(len(pieces)) for i in range(j)
+                if any(a.intersect(b) for a in pieces[i] for b in pieces[j])]
+
+    def boxes(self):
+        """Boxes around the pieces of every tooth between its stations."""
         pieces = []
         for _, pair, along in self.teeth:
             section = self.sections[pair].BoundBox
@@ -225,8 +231,7 @@ class GearTeeth:
                           for i in range(RIB_BOXES + 1)]
                 boxes += [box_around(c + d) for c, d in zip(levels, levels[1:])]
             pieces.append(boxes)
-        return [(i, j) for j in range(len(pieces)) for i in range(j)
-                if any(a.intersect(b) for a in pieces[i] for b in pieces[j])]
+        return pieces
 
 
 def box_around(points):
