@@ -22,6 +22,7 @@ MESH_OVERLAP = " + 0.01"  # mm; how far the recipe's cones reach into drums, for
 
 def build(document, design):
     """Fills `document` with the mechanism of `design` (the content of design.json)."""
+    document.Label = design["name"]
     names = build_parameters(document, design)
     build_options(document, design, names)
     build_poses(document, design)

@@ -8,11 +8,11 @@ import traceback
 import zipfile
 
 import FreeCAD as App
-import Import
 import MeshPart
 
 from .check import broken, fault, watch
 from .progress import Cancelled
+from .step import write_step
 from .teeth import rebuild, stale
 
 COLOURS = {
@@ -62,7 +62,7 @@ def write_all(document, parts, stem, folder):
     """Writes STEM.FCStd, STEM.step and STEM-PART.stl; returns facts about every part."""
     failures = broken(document)
     if failures:
-        raise RuntimeError("does not recompute: " + "; ".join(failures))
+        raise RuntimeError("; ".join(failures))
     path = os.path.join(folder, stem)
     document.saveAs(path + ".FCStd")
     solids = [part.Result for part in parts]
@@ -70,29 +70,14 @@ def write_all(document, parts, stem, folder):
         [(part.Name, None) for part in parts]
         + [(solid.Name, COLOURS.get(part.Name.lower())) for part, solid in zip(parts, solids)]))
     facts, named = {}, []
-    scratch = App.newDocument("Step", hidden=True)
     for part in parts:
         solid = solid_of(part)
-        named.append(scratch.addObject("Part::Feature", part.Name))
-        named[-1].Label = part.Name.lower()
-        named[-1].Shape = solid
+        named.append((part.Name.lower(), solid, COLOURS[part.Name.lower()]))
         mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.01, AngularDeflection=0.2)
         mesh.write(path + "-" + part.Name.lower() + ".stl")
         facts[part.Name.lower()] = {"volume_mm3": solid.Volume, "faces": len(solid.Faces)}
-    write_step(named, path + ".step")
-    App.closeDocument(scratch.Name)
+    write_step(document.Label, named, path + ".step")
     return facts
-
-
-def write_step(objects, path):
-    """One named solid per object, AP214, mm, whatever the user's preferences are."""
-    preferences = App.ParamGet("User parameter:BaseApp/Preferences/Mod/Part/STEP")
-    before = preferences.GetString("Scheme", "AP214IS")
-    preferences.SetString("Scheme", "AP214IS")
-    try:
-        Import.export(objects, path)
-    finally:
-        preferences.SetString("Scheme", before)
 
 
 def run_headless(build, design, stem, folder):
@@ -136,14 +121,13 @@ def run_in_window(build, design, stem):
 
 
 def show(document):
-    """With a window: watches the document, shows the whole mechanism, and says in words what did not
-    recompute."""
+    """With a window: watches the document, shows the whole mechanism, and says in words what is broken."""
     import FreeCADGui as Gui
 
     watch()
     failures = broken(document)
     if failures:
-        App.Console.PrintError("mpcgear: does not recompute: %s\n" % "; ".join(failures))
+        App.Console.PrintError("mpcgear: not ok: %s\n" % "; ".join(failures))
     view = Gui.getDocument(document.Name).activeView()
     view.viewIsometric()
     view.fitAll()

@@ -121,7 +121,6 @@ def open_design(path):
     design = read(path)
     name = "".join(c for c in design["name"].title() if c.isalnum())
     document = App.newDocument(name or os.path.splitext(os.path.basename(path))[0])
-    document.Label = design["name"]
     try:
         builder.build(document, design)
     except Cancelled:
