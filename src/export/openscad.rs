@@ -34,7 +34,7 @@ pub struct Script {
 const LARGEST: usize = 400_000;
 
 /// Stations of a tooth in that file: as many as fit.
-const STATIONS: [usize; 4] = [sweep::MAX_STATIONS, 25, 17, 9];
+const STATIONS: [usize; 3] = [sweep::MAX_STATIONS, 17, 9];
 
 /// All scripts of a design: one per body of `recipe`, the assembly, and everything in one file for sites
 /// that customise (ASCII, at most 400 kB unless the teeth are too many).

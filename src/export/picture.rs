@@ -38,24 +38,30 @@ const GLASS: [f32; 2] = [0.22, 0.45];
 /// Margin around the mechanism, as a share of the picture.
 const MARGIN: f64 = 0.04;
 
-/// One sample of a layer: distance towards the eye, colour, unit normal.
+/// A triangle as it is seen: lit colour, unit normal.
 #[derive(Clone, Copy)]
-struct Sample {
-    depth: f32,
+struct Facet {
     color: [f32; 3],
     normal: [f32; 3],
 }
 
-const EMPTY: Sample = Sample {
-    depth: f32::NEG_INFINITY,
-    color: [0.0; 3],
-    normal: [0.0; 3],
-};
+/// One sample of a layer: distance towards the eye, and which facet.
+#[derive(Clone, Copy)]
+struct Sample {
+    depth: f32,
+    facet: u32,
+}
 
 struct Layer {
     width: usize,
     height: usize,
     samples: Vec<Sample>,
+    /// The first is nothing.
+    facets: Vec<Facet>,
+    /// Samples on an outline.
+    dark: Vec<bool>,
+    /// What the colour is multiplied with there.
+    strength: f32,
 }
 
 /// PNG of `bodies` where they are, on white.
@@ -99,8 +105,8 @@ pub fn mechanism(bodies: &[SolidBody], view: View) -> Result<Vec<u8>> {
         ]
     };
 
-    let mut solid = Layer::new(width, height); // stays empty without bodies
-    let mut glass = Layer::new(width, height);
+    let mut solid = Layer::new((width, height), 0.45); // stays empty without bodies
+    let mut glass = Layer::new((width, height), 0.6);
     for part in bodies {
         let layer = if view.glass && part.carrier == Carrier::Support {
             &mut glass
@@ -120,8 +126,8 @@ pub fn mechanism(bodies: &[SolidBody], view: View) -> Result<Vec<u8>> {
             }
         }
     }
-    solid.outline(0.45);
-    glass.outline(0.6);
+    solid.outline();
+    glass.outline();
     encode(&solid, &glass, view)
 }
 
@@ -131,29 +137,47 @@ pub(super) fn css_color(text: &str) -> [f32; 3] {
     [16, 8, 0].map(|shift| ((number >> shift) & 255) as f32 / 255.0)
 }
 
-/// Sample with the colour of a surface under light from the upper left, depth still open.
-fn light(normal: [f32; 3], color: [f32; 3]) -> Sample {
+/// A surface under light from the upper left.
+fn light(normal: [f32; 3], color: [f32; 3]) -> Facet {
     let [x, y, z] = normal;
     let key = (-0.35 * x + 0.6 * y + 0.72 * z).max(0.0);
     let brightness = 0.42 + 0.62 * key;
-    Sample {
-        depth: 0.0,
+    Facet {
         color: color.map(|c| (c * brightness).min(1.0)),
         normal,
     }
 }
 
 impl Layer {
-    fn new(width: usize, height: usize) -> Layer {
+    fn new((width, height): (usize, usize), strength: f32) -> Layer {
+        let nothing = Sample {
+            depth: f32::NEG_INFINITY,
+            facet: 0,
+        };
         Layer {
             width,
             height,
-            samples: vec![EMPTY; width * height],
+            samples: vec![nothing; width * height],
+            facets: vec![Facet {
+                color: [0.0; 3],
+                normal: [0.0; 3],
+            }],
+            dark: vec![false; width * height],
+            strength,
+        }
+    }
+
+    /// Colour of sample `i`.
+    fn color(&self, i: usize) -> [f32; 3] {
+        let color = self.facets[self.samples[i].facet as usize].color;
+        match self.dark[i] {
+            true => color.map(|c| c * self.strength),
+            false => color,
         }
     }
 
     /// Fills the triangle (x, y, depth) where it is nearest.
-    fn fill(&mut self, [a, b, c]: [[f32; 3]; 3], lit: Sample) {
+    fn fill(&mut self, [a, b, c]: [[f32; 3]; 3], lit: Facet) {
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if area == 0.0 {
             return;
@@ -163,6 +187,8 @@ impl Layer {
             let high = a[i].max(b[i]).max(c[i]).ceil().max(0.0) as usize;
             low..(high + 1).min(end)
         };
+        let facet = self.facets.len() as u32;
+        self.facets.push(lit);
         for y in range(1, self.height) {
             for x in range(0, self.width) {
                 let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
@@ -174,7 +200,7 @@ impl Layer {
                     let depth = wa * a[2] + wb * b[2] + wc * c[2];
                     let sample = &mut self.samples[y * self.width + x];
                     if depth > sample.depth {
-                        *sample = Sample { depth, ..lit };
+                        *sample = Sample { depth, facet };
                     }
                 }
             }
@@ -182,9 +208,9 @@ impl Layer {
     }
 
     /// Darkens samples where the surface ends or folds sharply.
-    fn outline(&mut self, strength: f32) {
+    fn outline(&mut self) {
         let at = |x: usize, y: usize| self.samples[y * self.width + x];
-        let mut dark = Vec::new();
+        let normal = |sample: Sample| self.facets[sample.facet as usize].normal;
         for y in 1..self.height.saturating_sub(1) {
             for x in 1..self.width.saturating_sub(1) {
                 let here = at(x, y);
@@ -192,17 +218,13 @@ impl Layer {
                     .iter()
                     .any(|other| {
                         let jump = here.depth - other.depth;
-                        let fold: f32 = (0..3).map(|i| here.normal[i] * other.normal[i]).sum();
+                        let (one, two) = (normal(here), normal(*other));
+                        let fold: f32 = one.iter().zip(two).map(|(a, b)| a * b).sum();
                         // A slanted surface recedes by less than six samples per sample; more is an edge.
                         jump > 6.0 || (jump.abs() <= 6.0 && fold < 0.75)
                     });
-                if edge && here.depth.is_finite() {
-                    dark.push(y * self.width + x);
-                }
+                self.dark[y * self.width + x] = edge && here.depth.is_finite();
             }
-        }
-        for i in dark {
-            self.samples[i].color = self.samples[i].color.map(|c| c * strength);
         }
     }
 }
@@ -212,10 +234,11 @@ fn encode(solid: &Layer, glass: &Layer, view: View) -> Result<Vec<u8>> {
     let over = |i: usize| -> [f32; 3] {
         let (s, g) = (solid.samples[i], glass.samples[i]);
         let behind = s.depth.is_finite();
-        let ground = if behind { s.color } else { [1.0; 3] };
+        let ground = if behind { solid.color(i) } else { [1.0; 3] };
         if g.depth > s.depth {
             let share = GLASS[usize::from(!behind)];
-            [0, 1, 2].map(|c| ground[c] * (1.0 - share) + g.color[c] * share)
+            let front = glass.color(i);
+            [0, 1, 2].map(|c| ground[c] * (1.0 - share) + front[c] * share)
         } else {
             ground
         }
