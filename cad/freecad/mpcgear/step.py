@@ -23,16 +23,16 @@ STYLE = """#{0}=COLOUR_RGB('',{red:.4f},{green:.4f},{blue:.4f});
 def write_step(root, solids, path):
     """Writes [(name, solid, (red, green, blue))], AP214, mm, whatever the user's preferences are."""
     scratch = App.newDocument("Step", hidden=True)
-    scratch.Label = root
-    objects = []
+    whole = scratch.addObject("App::Part", "Root")
+    whole.Label = root
     for name, solid, _ in solids:
-        objects.append(scratch.addObject("Part::Feature", name))
-        objects[-1].Label, objects[-1].Shape = name, solid
+        made = whole.newObject("Part::Feature", name)
+        made.Label, made.Shape = name, solid
     preferences = App.ParamGet("User parameter:BaseApp/Preferences/Mod/Part/STEP")
     before = preferences.GetString("Scheme", "AP214IS")
     preferences.SetString("Scheme", "AP214IS")
     try:
-        Import.export(objects, path)
+        Import.export([whole], path)
     finally:
         preferences.SetString("Scheme", before)
         App.closeDocument(scratch.Name)
