@@ -63,7 +63,7 @@ def write_all(document, parts, stem, folder):
     failures = broken(document)
     if failures:
         raise RuntimeError("; ".join(failures))
-    path = os.path.join(folder, stem)
+    path, root = os.path.join(folder, stem), document.Label  # which saving sets to the file's name
     document.saveAs(path + ".FCStd")
     solids = [part.Result for part in parts]
     show_when_opened(path + ".FCStd", dict(
@@ -76,7 +76,7 @@ def write_all(document, parts, stem, folder):
         mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.01, AngularDeflection=0.2)
         mesh.write(path + "-" + part.Name.lower() + ".stl")
         facts[part.Name.lower()] = {"volume_mm3": solid.Volume, "faces": len(solid.Faces)}
-    write_step(document.Label, named, path + ".step")
+    write_step(root, named, path + ".step")
     return facts
 
 
