@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use mpcgear::load::Material;
 use mpcgear::motion::Change;
 
 /// Designs multi-point conjugation gears: one motor, one gear pair, any periodic 3D motion.
@@ -64,6 +65,8 @@ pub enum Command {
         #[arg(long, default_value = "1", requires = "tolerances")]
         seed: u64,
     },
+    /// The smallest gear that carries a payload.
+    Size(SizeArgs),
     /// Write the report of a design again.
     Report {
         /// Output folder of `mpcgear design`.
@@ -216,6 +219,25 @@ pub enum Method {
     Paper,
 }
 
+/// Arguments of `size`.
+#[derive(Debug, Args)]
+pub struct SizeArgs {
+    /// Motion file.
+    pub file: PathBuf,
+    /// What the gear has to carry at the load point: 800g, 0.8kg.
+    #[arg(long, value_parser = parse_mass)]
+    pub payload: f64,
+    /// Material of both gears instead of the motion file's: PLA, PETG, SLA, PA12, steel.
+    #[arg(long, value_parser = parse_material)]
+    pub material: Option<Material>,
+    /// Largest elastic displacement of the load point under the payload: 0.5mm.
+    #[arg(long, value_name = "MM", value_parser = parse_length)]
+    pub max_deflection: Option<f64>,
+    /// A setting instead of the file's: gear.teeth=12. More than once for several.
+    #[arg(long, value_name = "PATH=VALUE", value_parser = Change::parse)]
+    pub set: Vec<Change>,
+}
+
 /// Arguments of `check`. Bodies whose mesh is not given are read from `meshes/` beside the design, or
 /// built where there is none.
 #[derive(Debug, Args)]
@@ -301,6 +323,22 @@ fn parse_mass(text: &str) -> Result<f64, String> {
     match number.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value * factor),
         _ => Err(format!("`{text}` is not a mass; write 800g or 0.8kg")),
+    }
+}
+
+/// A material by its name, in any case.
+fn parse_material(text: &str) -> Result<Material, String> {
+    let is_named = |m: &&Material| m.to_string().eq_ignore_ascii_case(text);
+    let names = Material::ALL.map(|m| m.to_string()).join(", ");
+    let found = Material::ALL.iter().find(is_named).copied();
+    found.ok_or_else(|| format!("`{text}` is no material; there are {names}"))
+}
+
+/// A length larger than 0, `0.5mm`, mm.
+fn parse_length(text: &str) -> Result<f64, String> {
+    match text.trim_end_matches("mm").trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(format!("`{text}` is not a length; write 0.5mm")),
     }
 }
 

@@ -74,6 +74,7 @@ mod ranking;
 pub mod remedy;
 pub mod search;
 pub mod settings;
+pub mod sizing;
 pub mod solid;
 pub mod stats;
 pub mod sub_gear;

@@ -67,6 +67,7 @@ impl Outcome {
         match prove(&self.design, motion, solids, tell) {
             Ok(check) => {
                 self.design.problems = check.problems();
+                self.remarks.extend(overloaded(&self.design, &check));
                 self.check = Some(check);
             }
             Err(Error::Interrupted) => self.stop = StopReason::Stopped,
@@ -78,6 +79,15 @@ impl Outcome {
     fn rank(&self) -> (bool, usize) {
         (self.solids.is_none(), self.design.problems.len())
     }
+}
+
+/// What to say where the mechanism carries less than what its `[load]` puts on it.
+fn overloaded(design: &Design, check: &Check) -> Option<String> {
+    let mass = design.settings.load.mass_g;
+    let payload = check.claims.iter().find(|c| c.name == verify::PAYLOAD)?;
+    let carried = payload.value?;
+    (carried < mass)
+        .then(|| format!("overloaded: it carries {carried:.0} g, load.mass_g is {mass} g"))
 }
 
 const UNBUILT: &str = "stopped before the bodies were built: not known to work";

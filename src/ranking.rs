@@ -23,7 +23,8 @@ const ALIKE: f64 = 0.93;
 const ANGLES: usize = 90;
 
 /// Puts those of the `choices` (best hold first) that hold about as well as the first in the order of what
-/// they carry, before the others. Where weight does not load the contacts they stay as they are.
+/// they carry, before the others; those that carry less than the settings demand are left out as long as there
+/// are others. Where weight does not load the contacts they stay as they are.
 pub(crate) fn by_payload(
     file: &MotionFile,
     motion: &Motion,
@@ -32,18 +33,30 @@ pub(crate) fn by_payload(
     let best = choices.first().map_or(0.0, |c| c.1);
     let alike = choices.iter().filter(|c| c.1 > 0.0 && c.1 >= ALIKE * best);
     let alike = alike.count();
+    let demand = 1e-3 * file.settings.load.payload_at_least_g;
+    let compared = match demand > 0.0 {
+        true => choices.len(),
+        false if alike > 1 => alike,
+        false => 0,
+    };
     let mut ranked: Vec<(f64, Choice)> = choices
         .into_iter()
         .enumerate()
         .map(|(i, (bands, hold))| {
-            let made = (alike > 1 && i < alike)
-                .then(|| synthesis::design(file, motion, &bands, Flanks::Flat).ok());
+            let made =
+                (i < compared).then(|| synthesis::design(file, motion, &bands, Flanks::Flat).ok());
             let flat = made.flatten();
             let payload = flat.as_ref().map_or(0.0, |design| payload(design, motion));
             (payload, Choice { bands, hold, flat })
         })
         .collect();
     ranked[..alike].sort_by(|a, b| b.0.total_cmp(&a.0));
+    if demand > 0.0 {
+        // What carries too little is not proved, unless nothing carries enough.
+        ranked.sort_by_key(|(payload, _)| *payload < demand);
+        let enough = ranked.iter().filter(|c| c.0 >= demand).count();
+        ranked.truncate(enough.max(1));
+    }
     // The others are made again in the rare case that they are needed.
     ranked
         .iter_mut()

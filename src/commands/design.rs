@@ -16,6 +16,7 @@ use mpcgear::pipeline::{self, Event, Outcome};
 use mpcgear::remedy::{self, Remedy};
 use mpcgear::search::StopReason;
 use mpcgear::settings::Method;
+use mpcgear::verify::{Check, PAYLOAD};
 use mpcgear::{Error, Result};
 use mpcgear::{bound, certified};
 
@@ -45,7 +46,7 @@ pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
     };
     let outcome = work(args.draft, &file, &motion, &job.watch);
     let remedies = match &outcome {
-        Ok(outcome) if outcome.design.problems.is_empty() || outcome.check.is_none() => Vec::new(),
+        Ok(outcome) if outcome.check.as_ref().is_none_or(is_only_too_weak) => Vec::new(),
         Ok(_) | Err(Error::Infeasible { .. }) if !args.draft => job.remedies(&file, &motion),
         _ => Vec::new(),
     };
@@ -159,9 +160,15 @@ impl Job<'_> {
     /// the rest of it.
     fn deliver(&self, args: &DesignArgs, motion: &Motion, outcome: &Outcome) -> Result<u8> {
         let design = &outcome.design;
+        let works = design.problems.is_empty();
         let mut summary = summarise(outcome, motion);
         let remedies = self.remedies.iter().map(Remedy::to_string);
         summary.remarks.extend(remedies);
+        if !works && outcome.check.as_ref().is_some_and(is_only_too_weak) {
+            summary
+                .remarks
+                .push("`mpcgear size` looks for the smallest gear that carries a payload".into());
+        }
         summary.remedies = self.remedies.clone();
         summary.draft = args.draft;
         summary.wall_seconds = self.watch.seconds();
@@ -177,7 +184,6 @@ impl Job<'_> {
             let text = std::fs::read_to_string(&args.file).unwrap_or_default();
             files.push(super::report::page(&source, claims, (&paths, &text))?);
         }
-        let works = design.problems.is_empty();
         let folder = self.target.folder(works);
         folder.publish(&files)?;
         show(self.cli, &summary, folder.path())?;
@@ -223,6 +229,12 @@ impl Job<'_> {
         }
         Err(error)
     }
+}
+
+/// Whether nothing stands against it but the payload that its settings demand, which no other motion helps.
+fn is_only_too_weak(check: &Check) -> bool {
+    let mut failed = check.claims.iter().filter(|c| !c.holds);
+    failed.all(|c| c.name == PAYLOAD)
 }
 
 /// The figures of what was found; remedies and time stay open.

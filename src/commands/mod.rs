@@ -8,6 +8,7 @@ mod manual;
 mod motion;
 mod render;
 mod report;
+mod size;
 mod trial;
 
 use std::io::Write;
@@ -51,6 +52,7 @@ pub fn run(cli: &Cli) -> Result<u8> {
             None => inspect::load(cli, design, (*payload, *csv)),
         },
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
+        Command::Size(args) => size::run(cli, args),
         Command::Motion(command) => motion::run(cli, command),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
         Command::Completions { shell } => manual::completions(*shell),

@@ -10,6 +10,9 @@ use super::Material;
 pub struct Load {
     /// Mass on the end-effector, g. Default 100.
     pub mass_g: f64,
+    /// What the mechanism has to carry by the limits of force, pressure and patch, g: a design that does
+    /// not is infeasible. Default 0, no demand.
+    pub payload_at_least_g: f64,
     /// Its centre, and where extra forces act, in the follower frame, mm. Default (0, 0, 60).
     pub point_mm: [f64; 3],
     /// Direction of gravity in Σ, any length but zero. Default (0, 0, −1).
@@ -49,6 +52,7 @@ impl Default for Load {
         let needs = crate::settings::Profile::default().allowances();
         Load {
             mass_g: 100.0,
+            payload_at_least_g: 0.0,
             point_mm: [0.0, 0.0, 60.0],
             gravity: [0.0, 0.0, -1.0],
             extra: Vec::new(),
@@ -86,6 +90,7 @@ impl Load {
         };
         for (field, value, most) in [
             ("mass_g", self.mass_g, 1e6),
+            ("payload_at_least_g", self.payload_at_least_g, 1e6),
             ("force_limit_n", self.force_limit_n, 1e6),
             ("friction", self.friction, 10.0),
             (

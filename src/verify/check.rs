@@ -171,7 +171,7 @@ pub fn examine(
         samples.as_deref(),
         certified::of(design, input.motion),
     ));
-    claims.extend(hold::play_limits(design, input.motion));
+    claims.extend(hold::load_claims(design, input.motion));
     claims.push(hold::flanks_claim(design, &mechanism, &input.effort));
     let closure = samples.unwrap_or_default();
     let (mut play, mut touching, mut failures) = (Vec::new(), Vec::new(), Vec::new());

@@ -9,13 +9,16 @@ use super::claim::{Bound, Claim, Spot};
 use super::escape::Held;
 use super::settle::{Beads, End, Limits, Pushes, Rest};
 use super::{Mechanism, Proof, directions};
-use crate::Error;
 use crate::certified::Certified;
 use crate::closure::{Wrench, measure, wrench};
 use crate::design::{ClosureSample, Design};
 use crate::load::contacts::Configuration;
-use crate::load::{LoadSample, Sampling, analyse};
+use crate::load::{LoadReport, LoadSample, Sampling, analyse};
 use crate::motion::Motion;
+use crate::{Error, Result};
+
+/// Name of the claim that the payload which the settings demand is carried.
+pub const PAYLOAD: &str = "payload";
 
 /// Play beyond this share of its first-order bound is not play but a missing flank.
 const PLAY_SHARE: f64 = 1.5;
@@ -199,9 +202,32 @@ pub(super) fn plays(
 
 /// Claims that the follower is not looser than the settings allow: what the flanks alone leave it, with
 /// the motor held.
-pub(super) fn play_limits(design: &Design, motion: &Motion) -> [Claim; 2] {
-    let fit = &design.settings.fit;
+pub(super) fn load_claims(design: &Design, motion: &Motion) -> Vec<Claim> {
     let report = analyse(design, motion, &design.settings.load, Sampling::default());
+    let mut claims = play_limits(design, &report).to_vec();
+    claims.push(payload_claim(design, &report));
+    claims
+}
+
+/// Claim that the mechanism carries what its `[load]` demands.
+fn payload_claim(design: &Design, report: &Result<LoadReport>) -> Claim {
+    let claim = Claim::new(
+        PAYLOAD,
+        "what the load point may carry before a contact reaches its limit of force, pressure or patch",
+    );
+    let load = &design.settings.load;
+    let demand = load.payload_at_least_g;
+    match report {
+        Ok(report) if report.payload_max.is_infinite() => {
+            claim.say(true, "unlimited", &format!("≥ {demand} g"))
+        }
+        Ok(report) => claim.decide(1e3 * report.payload_max, "g", Bound::AtLeast(demand)),
+        Err(error) => claim.undecided(&error.to_string()),
+    }
+}
+
+fn play_limits(design: &Design, report: &Result<LoadReport>) -> [Claim; 2] {
+    let fit = &design.settings.fit;
     type Get = fn(&LoadSample) -> f64;
     let limits: [(_, _, Get, _, _); 2] = [
         (

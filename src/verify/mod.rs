@@ -28,7 +28,7 @@ pub use claim::{Claim, Spot};
 pub use escape::{Escape, directions, displacement};
 pub use fabrication::{OVERHANG_DEG, Overhang, Printer};
 pub use failure::{Failure, Recognised};
-pub use hold::Play;
+pub use hold::{PAYLOAD, Play};
 pub use mechanism::Mechanism;
 pub use mesh::{Defect, MeshProblem};
 pub use overlap::{PairProof, Place};
