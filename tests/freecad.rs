@@ -2,6 +2,7 @@
 
 mod synthetic;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -90,11 +91,12 @@ fn agree(class: Class, (design, solids): (Design, Solids)) {
             body.name
         );
     }
-    another_kernel_reads_the_step(&made);
+    another_kernel_reads_the_step(&design.name, &made);
 }
 
-/// Reads the STEP file with build123d: the same named parts, one valid solid each, in mm.
-fn another_kernel_reads_the_step(made: &Built) {
+/// Reads the STEP file with build123d: the same named parts, one valid solid each, in mm, in colours of
+/// their own, below a root with the design's name.
+fn another_kernel_reads_the_step(design: &str, made: &Built) {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python3");
     let python = std::env::var("MPCGEAR_PYTHON").unwrap_or_else(|_| own.display().to_string());
     if !is_here(&python, &["-c", "import build123d"], "build123d") {
@@ -111,7 +113,11 @@ fn another_kernel_reads_the_step(made: &Built) {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let read: Vec<Vec<&str>> = text.lines().map(|l| l.split('\t').collect()).collect();
+    let mut lines = text.lines();
+    // build123d writes names with underscores.
+    let root = design.replace(' ', "_");
+    assert_eq!(lines.next(), Some(root.as_str()), "name of the root");
+    let read: Vec<Vec<&str>> = lines.map(|l| l.split('\t').collect()).collect();
     assert_eq!(read.len(), made.volumes.len(), "{text}");
     for (name, volume) in &made.volumes {
         let row = read.iter().find(|row| row[0] == name).expect("named part");
@@ -122,6 +128,8 @@ fn another_kernel_reads_the_step(made: &Built) {
             "{name}: {seen} instead of {volume}"
         );
     }
+    let colours: HashSet<&[&str]> = read.iter().map(|row| &row[4..]).collect();
+    assert_eq!(colours.len(), read.len(), "{text}");
 }
 
 #[test]
@@ -235,6 +243,11 @@ fn run_script(name: &str, design: &Design, variables: &[(&str, &str)]) {
 #[test]
 fn addon_opens_edits_drives_and_checks() {
     script_succeeds("addon.py", Class::R1, TEETH);
+}
+
+#[test]
+fn what_is_built_on_a_hub_survives_changes() {
+    script_succeeds("modelling.py", Class::R3, 1);
 }
 
 #[test]

@@ -4,10 +4,10 @@ import FreeCADGui as Gui
 
 
 class MpcgearWorkbench(Gui.Workbench):
-    """Toolbar and menu with the three commands."""
+    """Toolbar and menu with the commands."""
 
     MenuText = "mpcgear"
-    ToolTip = "Gear mechanisms designed by mpcgear: open, drive, check"
+    ToolTip = "Gear mechanisms designed by mpcgear: open, build on, drive, check"
 
     def __init__(self):
         import os
@@ -18,8 +18,9 @@ class MpcgearWorkbench(Gui.Workbench):
         self.__class__.Icon = os.path.join(here, "resources", "mpcgear.svg")
 
     def Initialize(self):
-        from mpcgear import commands
+        from mpcgear import check, commands
 
+        check.watch()
         names = commands.register()
         self.appendToolbar("mpcgear", names)
         self.appendMenu("mpcgear", names)

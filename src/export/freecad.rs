@@ -18,10 +18,16 @@ use crate::{Error, Result, escape};
 
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
-const MODULES: [&str; 6] = [
+const MODULES: [&str; 12] = [
     include_str!("../../cad/freecad/mpcgear/parameters.py"),
+    include_str!("../../cad/freecad/mpcgear/progress.py"),
     include_str!("../../cad/freecad/mpcgear/poses.py"),
     include_str!("../../cad/freecad/mpcgear/options.py"),
+    include_str!("../../cad/freecad/mpcgear/sections.py"),
+    include_str!("../../cad/freecad/mpcgear/teeth.py"),
+    include_str!("../../cad/freecad/mpcgear/datums.py"),
+    include_str!("../../cad/freecad/mpcgear/check.py"),
+    include_str!("../../cad/freecad/mpcgear/step.py"),
     include_str!("../../cad/freecad/mpcgear/files.py"),
     include_str!("../../cad/freecad/mpcgear/printing.py"),
     include_str!("../../cad/freecad/mpcgear/builder.py"),
@@ -202,7 +208,8 @@ fn outline(value: &Value, depth: usize) -> String {
 pub struct Built {
     /// The FreeCAD document.
     pub document: PathBuf,
-    /// STEP AP214, mm, one named solid per part, in assembled position at the first phase.
+    /// STEP AP214, mm, one named, coloured solid per part below a root with the design's name, in
+    /// assembled position at the first phase.
     pub step: PathBuf,
     /// Volume of every part, mm³, by name in order of the recipe.
     pub volumes: Vec<(String, f64)>,

@@ -13,18 +13,28 @@ import FreeCAD as App
 
 sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
 
-from mpcgear import files, mechanism, open_design, parameters, poses  # noqa: E402
+from mpcgear import check, files, mechanism, open_design, parameters, poses, teeth  # noqa: E402
 
 
 def same(a, b, tolerance):
     return abs(a - b) <= tolerance
 
 
-def edit(document, sheet, alias, value):
-    table = document.getObject(sheet)
-    table.set(table.getCellFromAlias(alias), "=%.9f mm" % value)
+def value_of(document, alias):
+    sheet, _ = parameters.cell_of(document, alias)
+    return getattr(sheet, alias + "_mm").Value
+
+
+def edit(document, alias, value, form="=%.9f mm"):
+    """Types a value and recomputes; returns what the column Check says to it."""
+    sheet, cell = parameters.cell_of(document, alias)
+    sheet.set(cell, form % value)
     document.recompute()
-    assert files.broken(document) == [], files.broken(document)
+    if teeth.stale(document):
+        teeth.rebuild(document)
+        document.recompute()
+    assert check.broken(document) == [], check.broken(document)
+    return sheet.get(cell.replace("B", "E"))
 
 
 def volumes(document):
@@ -32,13 +42,24 @@ def volumes(document):
 
 
 def expressions_keep_their_units():
-    term = parameters.Expression({"a", "b"}).length
-    box = App.newDocument("Units").addObject("Part::Box", "Box")
-    for text, value in (("3", 3), ("-(2 + 1) * 2", -6), ("7 / 2", 3.5), ("-40 - -2", -38)):
+    document = App.newDocument("Units")
+    names, sheet = parameters.Names(), parameters.new_sheet(document, "Params")
+    for row, alias in enumerate(("first", "second"), 2):
+        parameters.write_parameter(sheet, row, alias, 3.0, (0.0, 9.0), "", names)
+    term = parameters.Expression(names).length
+    box = document.addObject("Part::Box", "Box")
+    document.recompute()
+    for text, value in (("3", 3), ("-(2 + 1) * 2", -6), ("7 / 2", 3.5), ("-40 - -2", -38),
+                        ("first * second / first + 2", 5)):
         assert same(box.evalExpression(term(text)).Value, value, 1e-9), text
-    assert "Params.a" in term("a * b / a + 2")
+    for typed, value in (("=4", 4), ("4.5", 4.5), ("=0", 0), ("=0.1 in", 2.54), ("=2 + 1.5", 3.5), ("=-2 mm", -2)):
+        sheet.set("B2", typed)
+        document.recompute()
+        assert same(box.evalExpression(term("first + 1")).Value, value + 1, 1e-9), typed
+        expected = "TOO SMALL" if value < 0 else "ok"
+        assert sheet.get("E2") == expected, (typed, sheet.get("E2"))
     try:
-        term("a ** b")
+        term("first ** second")
     except ValueError:
         return
     raise AssertionError("a power is no recipe expression")
@@ -46,22 +67,56 @@ def expressions_keep_their_units():
 
 def parameters_change_what_they_name(document):
     before = volumes(document)
-    radius = document.Params.driver_hub_radius.Value
-    edit(document, "Params", "driver_hub_radius", radius - 0.3)
+    radius = value_of(document, "driver_hub_radius")
+    edit(document, "driver_hub_radius", radius - 0.3)
     after = volumes(document)
     assert after["Driver"] < before["Driver"] - 10, (before, after)
     assert same(after["Follower"], before["Follower"], 1e-3), (before, after)
     assert same(after["Support"], before["Support"], 1e-3), (before, after)
-    edit(document, "Params", "driver_hub_radius", 10 * radius)
-    check = document.Params.getCellFromAlias("driver_hub_radius").replace("B", "E")
-    assert document.Params.get(check) == "TOO LARGE", document.Params.get(check)
-    edit(document, "Params", "driver_hub_radius", radius)
+    assert edit(document, "driver_hub_radius", 10 * radius, "%.9f") == "TOO LARGE"
+    assert edit(document, "driver_hub_radius", radius) == "ok"
     assert same(volumes(document)["Driver"], before["Driver"], 1e-3)
-    edit(document, "ToothParams", "clearance", 0.5)
+    edit(document, "clearance", 0.5)
     box = document.ToothSection1.Shape.BoundBox
     assert same(box.XMin, 0.25, 1e-6) and same(box.XLength, 1.8, 1e-6), box
-    edit(document, "ToothParams", "clearance", 0.1)
+    assert not same(volumes(document)["Driver"], before["Driver"], 1e-1)
+    edit(document, "clearance", 0.1)
     assert same(volumes(document)["Driver"], before["Driver"], 1e-3)
+
+
+def every_cell_survives_a_plain_number(document):
+    """The same value without its unit changes nothing, in every row that somebody may edit."""
+    before, typed = volumes(document), 0
+    for sheet in document.findObjects("Spreadsheet::Sheet"):
+        for row in range(2, 90):
+            alias, used = (sheet.getAlias("%s%d" % (column, row)) for column in "BG")
+            if used:
+                sheet.set("B%d" % row, "%.9f" % getattr(sheet, used).Value)
+                typed += 1
+    document.recompute()
+    assert typed > 30, typed
+    assert check.broken(document) == [] and teeth.stale(document) == [], check.broken(document)
+    after = volumes(document)
+    assert all(same(after[name], before[name], 1e-3) for name in before), (before, after)
+
+
+def check_speaks_up(document):
+    """Teeth that are not rebuilt and objects that do not recompute are told in the sheet Check."""
+    table = document.Check
+    assert check.update(document) == [] and (table.B2, table.B3) == ("ok", "ok"), (table.B2, table.B3)
+    sheet, cell = parameters.cell_of(document, "clearance")
+    for value, words in (("=0.2 mm", "NOT REBUILT"), ("=0.1 mm", "ok")):
+        sheet.set(cell, value)
+        document.recompute()
+        assert table.B2.startswith(words), table.B2
+    sheet, cell = parameters.cell_of(document, "journal_radius")
+    before = sheet.getContents(cell)
+    for value, words in (("=-1 mm", "NOT OK: "), (before, "ok")):
+        sheet.set(cell, value)
+        document.recompute()
+        check.update(document)
+        assert table.B3.startswith(words), table.B3
+        assert table.Label == ("Check: ok" if words == "ok" else "Check: NOT OK"), table.Label
 
 
 def drives(document):
@@ -77,13 +132,15 @@ def drives(document):
     gear.move(gear.phis[len(gear.phis) // 2])
     again = mechanism.Mechanism(document)
     assert same(again.phi, gear.phi, 1e-6), (again.phi, gear.phi)
+    touched = [o.Name for o in document.Objects if "Touched" in o.State]
+    assert touched == [], touched
 
 
 def sees_clearance_and_overlap(document):
     gear = mechanism.Mechanism(document)
     gear.move(gear.phis[len(gear.phis) // 2])
     near = gear.clearance()
-    teeth = [c for c in near if "Fin Driver" in c.first and "Fin Follower" in c.second]
+    teeth = [c for c in near if "Driver tooth" in c.first and "Follower tooth" in c.second]
     assert teeth and all(c.overlap == 0 for c in near), [str(c) for c in near]
     assert same(min(c.gap for c in teeth), 0.1, 0.01), [str(c) for c in teeth]
     document.Driver.Placement = poses.driver_placement(gear.distance, gear.phi + 0.05)
@@ -99,7 +156,7 @@ def survives_reopening(document):
     App.closeDocument(document.Name)
     document = App.openDocument(path)
     before = volumes(document)
-    edit(document, "Params", "journal_radius", document.Params.journal_radius.Value - 0.5)
+    edit(document, "journal_radius", value_of(document, "journal_radius") - 0.5)
     after = volumes(document)
     assert after["Driver"] < before["Driver"] - 1, (before, after)
 
@@ -120,8 +177,10 @@ def main():
     expressions_keep_their_units()
     refuses_other_files()
     document = open_design.open_design(os.environ["MPCGEAR_DESIGN"])
-    assert files.broken(document) == [], files.broken(document)
+    assert check.broken(document) == [], check.broken(document)
     parameters_change_what_they_name(document)
+    every_cell_survives_a_plain_number(document)
+    check_speaks_up(document)
     drives(document)
     sees_clearance_and_overlap(document)
     survives_reopening(document)

@@ -14,7 +14,7 @@ import Part
 
 sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
 
-from mpcgear import builder, open_design, parameters  # noqa: E402
+from mpcgear import open_design, parameters, sections  # noqa: E402
 
 
 def agrees(sketch, area, high, low):
@@ -29,8 +29,8 @@ def main():
     design = open_design.read(os.environ["MPCGEAR_DESIGN"])
     document = App.newDocument("Sections")
     parameters.build_parameters(document, design)
-    sections = parameters.tooth_sections(design)
-    sketches = [builder.ToothSection(document, s, k).sketch for k, s in enumerate(sections, 1)]
+    outlines = parameters.tooth_sections(design)
+    sketches = [sections.ToothSection(document, s, k).sketch for k, s in enumerate(outlines, 1)]
     document.recompute()
     table = document.ToothParams
     for alias, value, areas, highs, lows in json.loads(os.environ["MPCGEAR_EXPECTED"]):

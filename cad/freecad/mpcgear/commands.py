@@ -1,4 +1,4 @@
-"""The three commands of the workbench."""
+"""The commands of the workbench."""
 
 import math
 import os
@@ -7,10 +7,11 @@ import FreeCAD as App
 import FreeCADGui as Gui
 from PySide import QtGui
 
-from . import files
+from . import datums, files, teeth
 from .drive import DrivePanel
 from .mechanism import TOUCH, Mechanism, NoMechanism
 from .open_design import DesignError, open_design
+from .progress import Cancelled
 
 RESOURCES = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources")
 
@@ -22,7 +23,7 @@ def tell(title, words):
 
 
 class Command:
-    """What the three commands have in common: they turn expected failures into words."""
+    """What the commands have in common: they turn expected failures into words."""
 
     title = ""
     tip = ""
@@ -38,8 +39,10 @@ class Command:
     def Activated(self):
         try:
             self.run()
-        except (DesignError, NoMechanism) as error:
+        except (DesignError, NoMechanism, datums.NotAHub) as error:
             tell(self.title, str(error))
+        except Cancelled:
+            App.Console.PrintMessage("mpcgear: cancelled\n")
 
 
 class OpenDesign(Command):
@@ -57,6 +60,43 @@ class OpenDesign(Command):
             Gui.getMainWindow(), self.title, "", "mpcgear designs (*.json)")
         if path:
             files.show(open_design(path))
+
+
+class RebuildTeeth(Command):
+    """Rebuild teeth"""
+
+    title = "Rebuild teeth"
+    tip = "Builds the teeth anew after a change of the sheet ToothParams"
+    icon = "teeth.svg"
+
+    def run(self):
+        with_undo(self.title, Mechanism(App.ActiveDocument).document, teeth.rebuild)
+
+
+class PutUnderTeeth(Command):
+    """Put under the teeth"""
+
+    title = "Put under the teeth"
+    tip = "The selected feature, built on a hub, takes the place of that hub under the teeth"
+    icon = "hub.svg"
+
+    def run(self):
+        selected = Gui.Selection.getSelection()
+        if len(selected) != 1:
+            raise datums.NotAHub("Select the last feature of what you have built on the hub.")
+        with_undo(self.title, App.ActiveDocument, lambda document: datums.adopt(document, selected[0]))
+
+
+def with_undo(title, document, change):
+    """Changes the document in one step that can be undone, or not at all."""
+    document.openTransaction(title)
+    try:
+        change(document)
+        document.recompute()
+    except BaseException:
+        document.abortTransaction()
+        raise
+    document.commitTransaction()
 
 
 class Drive(Command):
@@ -88,7 +128,8 @@ class CheckClearance(Command):
 
 def register():
     """Registers the commands and returns their names."""
-    commands = {"Mpcgear_Open": OpenDesign, "Mpcgear_Drive": Drive,
+    commands = {"Mpcgear_Open": OpenDesign, "Mpcgear_Teeth": RebuildTeeth,
+                "Mpcgear_Hub": PutUnderTeeth, "Mpcgear_Drive": Drive,
                 "Mpcgear_Clearance": CheckClearance}
     for name, command in commands.items():
         Gui.addCommand(name, command())

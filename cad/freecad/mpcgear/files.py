@@ -8,8 +8,12 @@ import traceback
 import zipfile
 
 import FreeCAD as App
-import Import
 import MeshPart
+
+from .check import broken, fault, watch
+from .progress import Cancelled
+from .step import write_step
+from .teeth import rebuild, stale
 
 COLOURS = {
     "driver": (0.25, 0.45, 0.70),
@@ -21,22 +25,17 @@ COLOURS = {
 
 def solid_of(part):
     """The one solid of a part, in assembled position; fails with words when it is not one."""
-    feature = part.Result
-    if not feature.isValid():
-        raise RuntimeError("%s: %s does not recompute: %s"
-                           % (part.Label, feature.Label, feature.getStatusString()))
-    solids = feature.Shape.Solids
-    if len(solids) != 1:
-        raise RuntimeError("%s: %d separate solids instead of one" % (part.Label, len(solids)))
-    solid = solids[0].copy()
+    if fault(part.Result):
+        raise RuntimeError("%s: %s: %s" % (part.Label, part.Result.Label, fault(part.Result)))
+    solid = part.Result.Shape.Solids[0].copy()
     solid.check(os.environ.get("MPCGEAR_CHECK") == "full")  # True also finds self-intersections
-    solid.Placement = part.Placement.multiply(solid.Placement)
+    solid.Placement = where(part).multiply(solid.Placement)
     return solid
 
 
-def broken(document):
-    """Labels of all objects that did not recompute, with FreeCAD's reason."""
-    return ["%s: %s" % (o.Label, o.getStatusString()) for o in document.Objects if not o.isValid()]
+def where(part):
+    """Placement of a part; the support is a plain group that never moves."""
+    return getattr(part, "Placement", App.Placement())
 
 
 def show_when_opened(path, shown):
@@ -63,38 +62,22 @@ def write_all(document, parts, stem, folder):
     """Writes STEM.FCStd, STEM.step and STEM-PART.stl; returns facts about every part."""
     failures = broken(document)
     if failures:
-        raise RuntimeError("does not recompute: " + "; ".join(failures))
-    path = os.path.join(folder, stem)
+        raise RuntimeError("; ".join(failures))
+    path, root = os.path.join(folder, stem), document.Label  # which saving sets to the file's name
     document.saveAs(path + ".FCStd")
-    pieces = document.getObject("Print").Group
     solids = [part.Result for part in parts]
     show_when_opened(path + ".FCStd", dict(
-        [(o.Name, None) for o in parts + pieces + [p.Result for p in pieces if hasattr(p, "Result")]]
+        [(part.Name, None) for part in parts]
         + [(solid.Name, COLOURS.get(part.Name.lower())) for part, solid in zip(parts, solids)]))
     facts, named = {}, []
-    scratch = App.newDocument("Step", hidden=True)
     for part in parts:
         solid = solid_of(part)
-        named.append(scratch.addObject("Part::Feature", part.Name))
-        named[-1].Label = part.Name.lower()
-        named[-1].Shape = solid
+        named.append((part.Name.lower(), solid, COLOURS[part.Name.lower()]))
         mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.01, AngularDeflection=0.2)
         mesh.write(path + "-" + part.Name.lower() + ".stl")
         facts[part.Name.lower()] = {"volume_mm3": solid.Volume, "faces": len(solid.Faces)}
-    write_step(named, path + ".step")
-    App.closeDocument(scratch.Name)
+    write_step(root, named, path + ".step")
     return facts
-
-
-def write_step(objects, path):
-    """One named solid per object, AP214, mm, whatever the user's preferences are."""
-    preferences = App.ParamGet("User parameter:BaseApp/Preferences/Mod/Part/STEP")
-    before = preferences.GetString("Scheme", "AP214IS")
-    preferences.SetString("Scheme", "AP214IS")
-    try:
-        Import.export(objects, path)
-    finally:
-        preferences.SetString("Scheme", before)
 
 
 def run_headless(build, design, stem, folder):
@@ -118,12 +101,33 @@ def run_headless(build, design, stem, folder):
     os._exit(0 if result["ok"] else 1)
 
 
+def run_in_window(build, design, stem):
+    """Builds a new document and shows it; where the document before you was made so and its teeth are not
+    those of the sheets, builds those anew instead. A cancelled run leaves everything as it was."""
+    document = App.ActiveDocument
+    old = document is not None and document.getObject("ToothParams") is not None and stale(document)
+    try:
+        if old:
+            rebuild(document)
+            document.recompute()
+            return
+        document = App.newDocument(stem)
+        build(document, design)
+        show(document)
+    except Cancelled:
+        if not old:
+            App.closeDocument(document.Name)
+        App.Console.PrintMessage("mpcgear: cancelled\n")
+
+
 def show(document):
-    """With a window: fits the view, and says in words what did not recompute."""
+    """With a window: watches the document, shows the whole mechanism, and says in words what is broken."""
     import FreeCADGui as Gui
 
+    watch()
     failures = broken(document)
     if failures:
-        App.Console.PrintError("mpcgear: does not recompute: %s\n" % "; ".join(failures))
-    Gui.SendMsgToActiveView("ViewFit")
-    Gui.activeDocument().activeView().viewIsometric()
+        App.Console.PrintError("mpcgear: not ok: %s\n" % "; ".join(failures))
+    view = Gui.getDocument(document.Name).activeView()
+    view.viewIsometric()
+    view.fitAll()

@@ -5,11 +5,12 @@ import math
 
 import FreeCAD as App
 
-from . import poses
+from . import files, poses, teeth
+from .progress import Progress
 
 TURN = 2 * math.pi
 PARTS = ("Driver", "Follower", "Support", "Slider")
-NEAR = 0.5  # mm; only components whose bounding boxes come this close are measured
+NEAR = 0.5  # mm; only components whose boxes come this close are measured
 TOUCH = 1e-4  # mm³; less overlap than this is a contact
 
 
@@ -50,6 +51,8 @@ class Mechanism:
         self.phi = phi % TURN
         pose, q = self.at(phi)
         poses.place(self.document, self.distance, phi, pose)
+        for part in self.parts():
+            part.purgeTouched()  # nothing else follows where a part stands
         return q
 
     def parts(self):
@@ -59,13 +62,15 @@ class Mechanism:
 
     def clearance(self):
         """Overlaps and gaps of all parts where they stand now, as a list of `Contact`, worst
-        first; fins are measured one by one, so that each entry names a tooth."""
+        first; teeth are measured one by one, so that each entry names a tooth."""
+        parts = [components(part) for part in self.parts()]
+        near = [(a, b) for i, first in enumerate(parts) for second in parts[i + 1:]
+                for a in first for b in second if a.is_near(b)]
         found = []
-        parts = [(part, components(part)) for part in self.parts()]
-        for i, (_, first) in enumerate(parts):
-            for _, second in parts[i + 1:]:
-                found += [contact for a in first for b in second
-                          for contact in [measure(a, b)] if contact]
+        with Progress("Measuring gaps", len(near)) as progress:
+            for a, b in near:
+                progress.step("%s – %s" % (a.label, b.label))
+                found += [contact for contact in [measure(a, b)] if contact]
         return sorted(found, key=lambda c: (-c.overlap, c.gap))
 
 
@@ -94,27 +99,49 @@ def read_poses(sheet):
     return rows
 
 
+class Component:
+    """A hub, a tooth or a whole solid where it stands: its label, boxes that its surface lies in, and its
+    shape, which is made when it is asked for the first time."""
+
+    def __init__(self, part, label, boxes, make):
+        self.placement = files.where(part)
+        self.label, self.make, self.made = label, make, None
+        self.boxes = [box.transformed(self.placement.toMatrix()) for box in boxes]
+        self.around = App.BoundBox()
+        for box in self.boxes:
+            box.enlarge(NEAR / 2)
+            self.around.add(box)
+
+    def is_near(self, other):
+        """Whether the two may be less than `NEAR` apart."""
+        return self.around.intersect(other.around) and any(
+            a.intersect(b) for a in self.boxes for b in other.boxes)
+
+    def shape(self):
+        """The shape in the document's frame."""
+        if self.made is None:
+            self.made = self.make().copy()
+            self.made.Placement = self.placement.multiply(self.made.Placement)
+        return self.made
+
+
 def components(part):
-    """[(label, shape where it stands)]: the hub and every fin of a part, or its whole solid."""
-    result = part.Result
-    pieces = [result]
-    if any(piece.Name.startswith("Fin_") for piece in getattr(result, "Shapes", [])):
-        pieces = result.Shapes
-    placed = []
-    for piece in pieces:
-        shape = piece.Shape.copy()
-        shape.Placement = part.Placement.multiply(shape.Placement)
-        label = piece.Label if piece.Name.startswith("Fin_") else part.Label
-        placed.append((label, shape))
-    return placed
+    """The components of a part: hub and teeth as they are now, or its whole solid. What the user has added
+    belongs to the hub."""
+    bodies = getattr(part.Result, "Shapes", [])
+    solid, gear = part.Result, None
+    if part.Hub != part.Result and len(bodies) == 2 and "Stations" in bodies[1].PropertiesList:
+        solid, gear = bodies[0], teeth.GearTeeth(part.Document, bodies[1])
+    boxes = [face.BoundBox for face in solid.Shape.Faces]
+    found = [Component(part, part.Label, boxes, lambda: solid.Shape)]
+    for i, boxes in enumerate(gear.boxes() if gear else []):
+        label = "%s tooth %s" % (part.Label, gear.teeth[i][0])
+        found.append(Component(part, label, boxes, lambda i=i: gear.fin(i)))
+    return found
 
 
 def measure(a, b):
-    """The `Contact` of two (label, shape), or None when their boxes are clearly apart."""
-    box = a[1].BoundBox
-    box.enlarge(NEAR)
-    if not box.intersect(b[1].BoundBox):
-        return None
-    gap = a[1].distToShape(b[1])[0]
-    overlap = a[1].common(b[1]).Volume if gap < 1e-6 else 0.0
-    return Contact(a[0], b[0], overlap, gap) if gap < NEAR else None
+    """The `Contact` of two components, or None when they are clearly apart."""
+    gap = a.shape().distToShape(b.shape())[0]
+    overlap = a.shape().common(b.shape()).Volume if gap < 1e-6 else 0.0
+    return Contact(a.label, b.label, overlap, gap) if gap < NEAR else None

@@ -8,6 +8,7 @@ import FreeCAD as App
 
 from . import builder
 from .poses import vector
+from .progress import Cancelled
 
 FORMATS = (1, 2)
 # As in the macro: teeth have at most so many frames, of which the ribs leave some free at both
@@ -120,8 +121,11 @@ def open_design(path):
     design = read(path)
     name = "".join(c for c in design["name"].title() if c.isalnum())
     document = App.newDocument(name or os.path.splitext(os.path.basename(path))[0])
-    document.Label = design["name"]
-    builder.build(document, design)
+    try:
+        builder.build(document, design)
+    except Cancelled:
+        App.closeDocument(document.Name)
+        raise
     for problem in design.get("problems", []):
         App.Console.PrintWarning("mpcgear: this design is a draft: %s\n" % problem)
     return document

@@ -7,11 +7,12 @@ import math
 import FreeCAD as App
 import Part
 
-from .parameters import new_sheet, write_formula, write_parameter
+from .parameters import write_formula, write_parameter, write_title
 
 AWAY = "1000 mm"  # where tools that cut wait
 SERRATIONS = (25, 23)  # of servo horns
 SPLINE_ROOT = 0.93  # share of a spline's radius where its serrations begin
+SPLINE_LENGTH = 200.0  # of a rod with 1 mm radius, mm; as long as the deepest hole
 
 
 def bore_rows(bore, keyway, screw, hole, there="1 == 1"):
@@ -115,31 +116,43 @@ def has_boss(design):
     return design["class"] != "1R"
 
 
-def build_options(document, design):
-    """The sheet `Options`, one aliased row per option of the bodies that are there."""
-    sheet, row = new_sheet(document, "Options"), 2
+def build_options(document, design, names):
+    """Options below the parameters of their bodies, one aliased row each."""
     for body, rows in option_rows(design).items():
-        for alias, value, limits, unit, words in rows:
-            words = "%s: %s" % (body, words)
+        sheet = document.getObject(body.title() + "Params")
+        row = sheet_end(sheet)
+        write_title(sheet, row, "Options")
+        for row, (alias, value, limits, unit, words) in enumerate(rows, row + 1):
             if not isinstance(limits, tuple):
-                write_formula(sheet, row, alias, value, words, limits)
+                write_formula(sheet, row, alias, value, words, names, limits)
             else:
-                write_parameter(sheet, row, alias, value, limits, words, unit)
-            row += 1
+                write_parameter(sheet, row, alias, value, limits, words, names, unit)
     document.recompute()
 
 
-def spline_sections(document, group):
-    """Sketches of splines with an outer radius of 1 mm; links to them are scaled."""
-    for count in SERRATIONS:
-        sketch = document.addObject("Sketcher::SketchObject", "Spline%d" % count)
+def sheet_end(sheet):
+    """The first empty row of a sheet."""
+    row = 1
+    while sheet.getContents("A%d" % row):
+        row += 1
+    return row
+
+
+def spline_blank(document, group):
+    """Splined rods with an outer radius of 1 mm, one per number of serrations, below one another with a
+    rod's length between them; links to them are scaled."""
+    rods = []
+    for k, count in enumerate(SERRATIONS):
         corners = []
-        for i in range(2 * count):
+        for i in range(2 * count + 1):
             radius, angle = SPLINE_ROOT if i % 2 else 1.0, math.pi * i / count
-            corners.append(App.Vector(radius * math.cos(angle), radius * math.sin(angle), 0))
-        sketch.addGeometry([Part.LineSegment(a, b) for a, b in zip(corners, corners[1:] + corners[:1])])
-        sketch.Visibility = False
-        group.addObject(sketch)
+            corners.append(App.Vector(radius * math.cos(angle), radius * math.sin(angle),
+                                      -2 * k * SPLINE_LENGTH))
+        rods.append(Part.Face(Part.makePolygon(corners)).extrude(App.Vector(0, 0, SPLINE_LENGTH)))
+    blank = document.addObject("Part::Feature", "Splines")
+    blank.Shape = Part.makeCompound(rods)
+    blank.Visibility = False
+    group.addObject(blank)
 
 
 class OptionTools:
@@ -148,17 +161,15 @@ class OptionTools:
     def __init__(self, builder, body):
         self.builder, self.body = builder, body
         self.length = builder.expression.length
-        self.group = builder.part.newObject("App::DocumentObjectGroup", builder.name + "Options")
-        self.group.Label = "%s: options" % builder.name
 
-    def added(self, axis, bands):
-        """Tools that add to the body: webs at the heights `bands`, boss, feet."""
-        made = [self.web(axis, k, z) for k, z in enumerate(bands, 1)]
-        if self.body == "follower" and has_boss(self.builder.design):
-            made.append(self.boss())
-        if self.body == "support":
-            made += self.feet()
-        return made
+    def first(self, axis, bands):
+        """Tools that add to the body before anything is cut: webs at the heights `bands`, feet."""
+        made = [self.webs(axis, bands)] if bands else []
+        return made + (self.feet() if self.body == "support" else [])
+
+    def last(self):
+        """Tools that add to the body when the holes of its recipe are cut: the boss covers some."""
+        return [self.boss()] if self.body == "follower" and has_boss(self.builder.design) else []
 
     def cut(self):
         """Tools that cut."""
@@ -179,33 +190,38 @@ class OptionTools:
 
     def tool(self, kind, name, **lengths):
         """A primitive whose properties follow expressions."""
-        made = self.builder.new("Part::" + kind, self.builder.name + " " + name, self.group)
+        made = self.builder.new("Part::" + kind, self.builder.name + " " + name)
         made.Label = "%s %s" % (self.builder.name, name.lower())
         for key, expression in lengths.items():
-            made.setExpression(key, expression)
+            self.follow(made, key, expression)
         return made
+
+    def follow(self, made, key, expression):
+        """Lets a property follow an expression of aliases."""
+        made.setExpression(key, self.builder.names.resolve(expression))
 
     def at(self, made, x, y, z):
         """`made`, placed by expressions; a coordinate that is None stays."""
         for key, expression in zip("xyz", (x, y, z)):
             if expression is not None:
-                made.setExpression("Placement.Base." + key, expression)
+                self.follow(made, "Placement.Base." + key, expression)
         return made
 
-    def web(self, axis, k, height):
-        """Ring around the drum at `height`, from within its wall outwards."""
+    def webs(self, axis, heights):
+        """Discs at `heights`, links to one; without a radius, hidden in the drum."""
         gear, radius = self.body, "Params.%s_hub_radius" % self.body
         least = radius if gear == "driver" else "Params.follower_collar_radius"
         shown = "Options.%s_web_radius > %s" % (gear, radius)
         thick = "(%s ? Options.%s_web_thickness : 0.5 mm)" % (shown, gear)
-        rings = []
-        for name, out, rest, more in (("rim", "Options.%s_web_radius" % gear, "0.2 mm", "0 mm"),
-                                      ("hole", "(%s - 0.5 mm)" % radius, "0.5 mm", "1 mm")):
-            ring = self.tool("Cylinder", "Web %s %d" % (name, k), Height="%s + 2 * %s" % (thick, more),
-                             Radius="%s ? %s : (%s - %s)" % (shown, out, least, rest))
-            rings.append(self.at(ring, "%.9f mm" % axis.x if axis.x else None, None,
-                                 "%.9f mm - %s / 2 - %s" % (height, thick, more)))
-        return self.builder.boolean("Cut", "%s web %d" % (gear, k), Base=rings[0], Tool=rings[1])
+        disc = self.tool("Cylinder", "Web", Height=thick,
+                         Radius="%s ? Options.%s_web_radius : (%s - 0.2 mm)" % (shown, gear, least))
+        self.at(disc, None, None, "-%s / 2" % thick)
+        webs = self.builder.new("App::Link", self.builder.name + " Webs")
+        webs.LinkedObject, webs.LinkTransform, webs.ShowElement = disc, True, False
+        webs.ElementCount = len(heights)
+        webs.PlacementList = [App.Placement(App.Vector(axis.x, axis.y, z), App.Rotation())
+                              for z in heights]
+        return webs
 
     def boss(self):
         """Cylinder on the mount that fills covered holes; without height, hidden between the holes."""
@@ -246,23 +262,22 @@ class OptionTools:
         def where(alias, number, z=bottom):
             return "Options.%s == %d ? %s : %s" % (alias, number, z, AWAY)
 
-        def kind(number):
-            return where(bore + "_kind", number)
+        kind = "Options.%s_kind" % bore
+        round_at = "%s == 1 ? %s : (%s == 2 ? %s : %s)" % (kind, bottom, kind, bottom, AWAY)
 
-        hole = self.at(self.tool("Cylinder", bore + " round", Radius=radius, Height=depth),
-                       axis, None, kind(1))
-        shaft = self.at(self.tool("Cylinder", bore + " of a D", Radius=radius, Height=depth),
-                        axis, None, kind(2))
-        flat = self.tool("Box", bore + " flat", Length="2 * %s - Options.%s_cut" % (radius, bore),
-                         Width="2 * " + radius, Height=depth)
-        flat = self.at(flat, "%s - %s" % (axis, radius), "-" + radius, kind(2))
-        d_shape = self.builder.boolean("MultiCommon", "%s D-shaped" % bore, Shapes=[shaft, flat])
+        # Round and D-shaped: a cylinder within a block, whose side is the flat of a D.
+        shaft = self.at(self.tool("Cylinder", bore, Radius=radius, Height=depth), axis, None, round_at)
+        flat = self.tool("Box", bore + " flat", Width="2 * %s + 2 mm" % radius, Height=depth,
+                         Length="2 * {0} + 1 mm + (Options.{1}_kind == 2 ? (-Options.{1}_cut) : 1 mm)"
+                         .format(radius, bore))
+        flat = self.at(flat, "%s - %s - 1 mm" % (axis, radius), "-%s - 1 mm" % radius, round_at)
+        hole = self.builder.boolean("MultiCommon", "%s %s round" % (self.builder.name, bore),
+                                    Shapes=[shaft, flat])
         hexagon = self.tool("Prism", bore + " hexagonal", Circumradius=radius + " / cos(30 deg)",
                             Height=depth)
         hexagon.Polygon = 6
-        tools = [hole, d_shape, self.at(hexagon, axis, None, kind(3))]
-        tools += [self.spline(bore, count, axis, depth, where(bore + "_serrations", count))
-                  for count in SERRATIONS]
+        tools = [hole, self.at(hexagon, axis, None, where(bore + "_kind", 3))]
+        tools.append(self.spline(bore, axis, bottom))
         slot = self.tool("Box", keyway, Length="Options.%s_width" % keyway, Height=depth,
                          Width="%s + Options.%s_depth" % (radius, keyway))
         tools.append(self.at(slot, "%s - Options.%s_width / 2" % (axis, keyway), None,
@@ -283,16 +298,18 @@ class OptionTools:
             where(screw + "_pocket", 1, "(%s - %s)" % (middle, below))))
         return tools
 
-    def spline(self, bore, count, axis, depth, z):
-        """Prism over a spline, scaled to the bore."""
-        name = "%s %s spline %d" % (self.builder.name, bore, count)
-        link = self.builder.new("App::Link", name + " section", self.group)
-        link.LinkedObject = self.builder.document.getObject("Spline%d" % count)
+    def spline(self, bore, axis, bottom):
+        """The splined rods, scaled to the bore: one stands on `bottom`, the others far above or below."""
+        link = self.builder.new("App::Link", "%s %s splines" % (self.builder.name, bore))
+        link.LinkedObject = self.builder.document.getObject("Splines")
         link.LinkTransform = False
-        link.setExpression("Scale", "Options.%s_radius / 1 mm" % bore)
-        prism = self.tool("Extrusion", "%s spline %d" % (bore, count), LengthFwd=depth)
-        prism.Base, prism.DirMode, prism.Dir, prism.Solid = link, "Custom", App.Vector(0, 0, 1), True
-        return self.at(prism, axis, None, z)
+        self.follow(link, "Scale", "Options.%s_radius / 1 mm" % bore)
+        stack = 2 * (len(SERRATIONS) - 1) * SPLINE_LENGTH
+        z = "%s + %g * Options.%s_radius" % (AWAY, stack, bore)
+        for k, count in enumerate(SERRATIONS):
+            z = "Options.%s_serrations == %d ? (%s + %g * Options.%s_radius) : (%s)" % (
+                bore, count, bottom, 2 * k * SPLINE_LENGTH, bore, z)
+        return self.at(link, axis, None, z)
 
     def seats(self):
         """Seats of ball bearings in base plate and bridge, open towards the driver."""

@@ -1,6 +1,7 @@
-# --- Parameters: spreadsheets with aliases, and recipe expressions that follow them --------------
+# --- Parameters: a spreadsheet per body, and recipe expressions that follow them -----------------
 
 import ast
+import re
 
 # (alias and key in the design's section, words, what a change does)
 SECTION_ROWS = [
@@ -23,34 +24,83 @@ SECTION_ROWS = [
 FLANK, SHARPEST, NARROWEST = 0.15, 0.2, 0.1
 
 
+COMMON, TEETH = "Params", "ToothParams"
+
+
+class Names:
+    """Which cell of which sheet every alias stands for. What a user types is column B; where that is a
+    length, expressions use column G, which gives a plain number its millimetres."""
+
+    WORD = re.compile(r"(?<![.\w])(?:(?:Params|Options|ToothParams)\.)?([A-Za-z_]\w*)")
+
+    def __init__(self):
+        self.cells = {}
+
+    def add(self, sheet, alias, used):
+        """`alias` belongs to `sheet`, whose cell `used` is the one to calculate with."""
+        self.cells[alias] = (sheet.Name, used)
+
+    def resolve(self, text, sheet=None):
+        """`text` with the cells in place of aliases; those of `sheet` itself by their bare names."""
+        def cell(word):
+            if word.group(1) not in self.cells:
+                return word.group(0)
+            owner, used = self.cells[word.group(1)]
+            return used if sheet is not None and sheet.Name == owner else owner + "." + used
+        return self.WORD.sub(cell, text)
+
+
 def build_parameters(document, design):
-    """The spreadsheets `Params` (hubs, joints, support) and `ToothParams` (the section), one aliased
-    row per parameter; returns the set of aliases of `Params`. The teeth have a sheet of their own
-    because FreeCAD recomputes all that hangs on a sheet when one cell changes."""
-    sheet, group = new_sheet(document, "Params"), None
-    row = 2
+    """One spreadsheet per body, with hub, joint and options; `Params` with what driver and follower
+    share; `ToothParams` with the section of the teeth. FreeCAD recomputes all that hangs on a sheet
+    when one cell changes, so no cell of one gear may stand in the other's. Returns the `Names`."""
+    names, group, rows = Names(), {}, {}
     for parameter in design["recipe"]["parameters"]:
-        if parameter["group"] != group:
-            group = parameter["group"]
-            sheet.set("A%d" % row, group)
-            sheet.setStyle("A%d" % row, "bold", "add")
+        name = sheet_name(design, parameter)
+        if document.getObject(name) is None:
+            new_sheet(document, name)
+        sheet, row = document.getObject(name), rows.get(name, 2)
+        if parameter["group"] != group.get(name):
+            group[name] = parameter["group"]
+            write_title(sheet, row, parameter["group"])
             row += 1
-        limits = (parameter["min"], parameter["max"])
-        write_parameter(sheet, row, parameter["name"], parameter["value"], limits,
-                        parameter["description"])
-        row += 1
-    sheet = new_sheet(document, "ToothParams")
+        write_parameter(sheet, row, parameter["name"], parameter["value"],
+                        (parameter["min"], parameter["max"]), parameter["description"], names)
+        rows[name] = row + 1
+    sheet = new_sheet(document, TEETH)
     for row, (alias, words, warning) in enumerate(SECTION_ROWS, 2):
         value = design["section"]["rib" if alias == "rib_foot" else alias]
         limits = (0.0, value) if alias == "tip" else (0.0, 2.0 * value)
-        write_parameter(sheet, row, alias, value, limits, words + "; " + warning)
+        write_parameter(sheet, row, alias, value, limits, words + "; " + warning, names)
     row = len(SECTION_ROWS) + 2
     for k, section in enumerate(tooth_sections(design), 1):
-        row = write_flank(sheet, row, k, section)
+        row = write_flank(sheet, row, k, section, names)
     sheet.set("A%d" % (row + 1), "The curves of the teeth are the result of the "
               "search and do not change here: run mpcgear again for another motion.")
     document.recompute()
-    return {p["name"] for p in design["recipe"]["parameters"]}
+    return names
+
+
+def sheet_name(design, parameter):
+    """The sheet of a recipe's parameter: `Params` for what both gears use, else its body's."""
+    users = [body["name"] for body in design["recipe"]["bodies"]
+             if re.search(r"\b%s\b" % parameter["name"], str(body["features"]))]
+    if parameter["group"] == "Fit" or {"driver", "follower"} <= set(users):
+        return COMMON
+    if parameter["group"] in ("Hub", "Joint") and "follower" in users:
+        return "FollowerParams"
+    if parameter["group"] == "Hub":
+        return "DriverParams"
+    return "SliderParams" if users == ["slider"] else "SupportParams"
+
+
+def cell_of(document, alias):
+    """(sheet, cell) where a user writes the parameter `alias`."""
+    for sheet in document.findObjects("Spreadsheet::Sheet"):
+        cell = sheet.getCellFromAlias(alias)
+        if cell:
+            return sheet, cell
+    raise KeyError("no parameter is called " + alias)
 
 
 def tooth_sections(design):
@@ -71,7 +121,7 @@ def edge_radius(section, height):
     return min(max(min(max(rest, SHARPEST), widest), 0.0), height)
 
 
-def write_flank(sheet, row, k, section):
+def write_flank(sheet, row, k, section, names):
     """Rows of the flanks of sub-gear pair `k`, and of the edges that follow from them; returns the
     next row."""
     radius, flattest = "flank_radius_%d" % k, section["flank_radius"]
@@ -81,7 +131,7 @@ def write_flank(sheet, row, k, section):
     words += "a smaller one keeps the contact but carries less" if is_flat else \
              "a round tip (tip = radius = thickness / 2) follows the thickness instead"
     least = 1.05 * max(section["thickness"] / 2, section["tip"]) if is_flat else 0.0
-    write_parameter(sheet, row, radius, flattest, (min(least, flattest), flattest), words)
+    write_parameter(sheet, row, radius, flattest, (min(least, flattest), flattest), words, names)
     for name, height, most in (("tip_edge", "tip", None), ("root_edge", "root", "(thickness - rib) / 2")):
         if edge_radius(section, section[height]) > 0.0:
             row += 1
@@ -92,38 +142,53 @@ def write_flank(sheet, row, k, section):
             formula = "max(min(max(%s; %s mm); %s; %s); 0.01 mm)" % (
                 rest, number(SHARPEST), widest, most or height)
             write_formula(sheet, row, "%s_%d" % (name, k), formula,
-                          "Radius of the edges between flank and %s" % height)
+                          "Radius of the edges between flank and %s" % height, names)
     return row + 1
 
 
 def new_sheet(document, name):
     """A spreadsheet with the head of a parameter table."""
     sheet = document.addObject("Spreadsheet::Sheet", name)
-    titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning"]
-    for column, title, width in zip("ABCDEF", titles, [190, 80, 80, 80, 110, 520]):
+    titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning", "In use"]
+    for column, title, width in zip("ABCDEFG", titles, [190, 80, 80, 80, 110, 520, 80]):
         sheet.set(column + "1", title)
         sheet.setColumnWidth(column, width)
-    sheet.setStyle("A1:F1", "bold", "add")
+    sheet.setStyle("A1:G1", "bold", "add")
     return sheet
 
 
-def write_parameter(sheet, row, alias, value, limits, words, unit=" mm"):
-    """One row: name, value, limits, a check that speaks up, meaning."""
+def write_title(sheet, row, words):
+    """The head of a group of parameters."""
+    sheet.set("A%d" % row, words)
+    sheet.setStyle("A%d" % row, "bold", "add")
+
+
+def write_parameter(sheet, row, alias, value, limits, words, names, unit=" mm"):
+    """One row: name, value, limits, a check that speaks up, meaning, and the value with its unit."""
     sheet.set("A%d" % row, alias)
     sheet.set("B%d" % row, "=" + number(value) + unit)
     sheet.setAlias("B%d" % row, alias)
     sheet.set("C%d" % row, "=" + number(limits[0]) + unit)
     sheet.set("D%d" % row, "=" + number(limits[1]) + unit)
-    sheet.set("E%d" % row, "=B{0} < C{0} ? <<TOO SMALL>> : (B{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
-              .format(row))
+    used = alias + "_mm" if unit else alias
+    if unit:
+        # str() alone tells 5 from 5 mm in every FreeCAD: == does so in 0.20 only.
+        plain = "str(abs(0 * B{0})) == <<{1}>>"
+        sheet.set("G%d" % row, ("=%s ? B{0} * 1 mm : (%s ? B{0} * 1 mm : B{0})" % (
+            plain.format("{0}", "0"), plain.format("{0}", "0.0"))).format(row))
+        sheet.setAlias("G%d" % row, used)
+    names.add(sheet, alias, used)
+    sheet.set("E%d" % row, "={1}{0} < C{0} ? <<TOO SMALL>> : ({1}{0} > D{0} ? <<TOO LARGE>> : <<ok>>)"
+              .format(row, "G" if unit else "B"))
     sheet.set("F%d" % row, words)
 
 
-def write_formula(sheet, row, alias, formula, words, least=None):
+def write_formula(sheet, row, alias, formula, words, names, least=None):
     """One row whose value follows from others, with a check if it must not fall below `least`."""
     sheet.set("A%d" % row, alias)
-    sheet.set("B%d" % row, "=" + formula)
+    sheet.set("B%d" % row, "=" + names.resolve(formula, sheet))
     sheet.setAlias("B%d" % row, alias)
+    names.add(sheet, alias, alias)
     sheet.setStyle("A{0}:B{0}".format(row), "italic", "add")
     sheet.set("F%d" % row, words + ": follows from the rows above")
     if least is not None:
@@ -138,13 +203,13 @@ def number(value):
 
 
 class Expression:
-    """A recipe expression as a FreeCAD expression: names become `Params.name`, and plain numbers
-    that are added to lengths or stand alone get their millimetres."""
+    """A recipe expression as a FreeCAD expression: names become cells, and plain numbers that are
+    added to lengths or stand alone get their millimetres."""
 
     OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
-    def __init__(self, parameters):
-        self.parameters = parameters
+    def __init__(self, names):
+        self.names = names
 
     def length(self, text):
         """FreeCAD expression with the dimension of a length."""
@@ -161,8 +226,8 @@ class Expression:
         """(FreeCAD expression, power of mm) of a syntax node."""
         if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
             return number(node.value), 0
-        if isinstance(node, ast.Name) and node.id in self.parameters:
-            return "Params." + node.id, 1
+        if isinstance(node, ast.Name) and node.id in self.names.cells:
+            return self.names.resolve(node.id), 1
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
             words, power = self.convert(node.operand, text)
             return ("-(%s)" % words if isinstance(node.op, ast.USub) else words), power

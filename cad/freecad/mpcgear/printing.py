@@ -6,25 +6,22 @@ GAP = 10.0  # mm between pieces
 SAME_FACE = 1e-6  # mm; a face that is so close to the lowest point is the one to lie on
 
 
-def build_print(document, design, body_builder, parts):
-    """The part `Print`: the pieces of every body, turned and set down as they are printed. Bodies
-    that are printed whole are links to their solids. It is hidden at first."""
-    layout = document.addObject("App::Part", "Print")
+def build_print(document, design, builders):
+    """The group `Print`: links to the pieces of every body, turned and set down as they are printed;
+    of bodies that are printed whole, to their solids. It is hidden at first."""
+    layout = document.addObject("App::DocumentObjectGroup", "Print")
     layout.Label = "Print layout"
     pieces = []
-    for body, part in zip(design["recipe"]["bodies"], parts):
-        if not body["pieces"]:
-            whole = document.addObject("App::Link", "Print" + part.Name)
-            whole.LinkedObject, whole.LinkTransform = part.Result, False
-            whole.Label = part.Name + " to print"
-            layout.addObject(whole)
-            pieces.append((whole, part.Result, body["features"], (0, 0, 1), body_builder()))
-        for piece in body["pieces"]:
-            builder = body_builder()
-            made = builder.build(dict(piece, name="print " + piece["name"].replace("_", " ")))
-            made.Label = piece["name"].replace("_", " ").capitalize() + " to print"
-            layout.addObject(made)
-            pieces.append((made, made.Result, piece["features"], piece["up"], builder))
+    for body, builder in zip(design["recipe"]["bodies"], builders):
+        whole = [(body, builder.part.Result, (0, 0, 1), builder.name)]
+        parts = [(piece, builder.piece(piece), piece["up"], piece["name"].replace("_", " ").capitalize())
+                 for piece in body["pieces"]]
+        for piece, solid, up, name in parts or whole:
+            link = document.addObject("App::Link", "Print" + "".join(name.title().split()))
+            link.LinkedObject, link.LinkTransform, link.Visibility = solid, False, False
+            link.Label = name + " to print"
+            layout.addObject(link)
+            pieces.append((link, solid, piece["features"], up, builder))
     document.recompute()
     reach = 0.0
     for shown, solid, features, up, builder in pieces:
