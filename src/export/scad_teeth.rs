@@ -221,8 +221,8 @@ mod tests {
         let text = teeth.lines(3);
         assert_eq!(text, ["[[0,0,0,0,0,0],[16,0,0,0,0,0],[32,0,0,0,0,0]]"]);
         assert_eq!(
-            (Teeth::inset(33), Teeth::inset(17), Teeth::inset(9)),
-            (4, 2, 1)
+            (Teeth::inset(25), Teeth::inset(17), Teeth::inset(9)),
+            (3, 2, 1)
         );
     }
 

@@ -14,7 +14,7 @@ const TUCKED: f64 = 0.97;
 
 /// Frames left out at both ends of a tooth: rib and bead end in planes of different slant, and where
 /// they met they would leave thin corners.
-pub const INSET: usize = 4;
+pub const INSET: usize = 3;
 
 /// Those of a tooth's frames that its rib spans: all but [`INSET`] at both ends, where there are enough.
 pub fn span<T>(frames: &[T]) -> &[T] {
