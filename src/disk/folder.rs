@@ -278,13 +278,19 @@ fn locate(path: &Path) -> std::io::Result<(PathBuf, Vec<PathBuf>)> {
     {
         return Err(no_folder(above));
     }
-    for (i, folder) in missing.iter().enumerate() {
-        if let Err(error) = calls::make_dir(folder) {
-            undo(&missing[..i]);
-            return Err(error);
+    let mut made = Vec::new();
+    for folder in missing {
+        match calls::make_dir(&folder) {
+            Ok(()) => made.push(folder),
+            // Another process was faster; it is not for this one to remove.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && folder.is_dir() => {}
+            Err(error) => {
+                undo(&made);
+                return Err(error);
+            }
         }
     }
-    Ok((fs::canonicalize(parent)?.join(name), missing))
+    Ok((fs::canonicalize(parent)?.join(name), made))
 }
 
 fn no_folder(path: &Path) -> IoError {
@@ -388,6 +394,7 @@ fn same_disk(_: &Path, _: &Path) -> bool {
 mod tests {
     use super::*;
     use std::collections::BTreeMap;
+    use std::thread;
 
     /// A design whose files say which one it is.
     fn design(mark: &str) -> Vec<File> {
@@ -478,6 +485,22 @@ mod tests {
     }
 
     #[cfg(target_os = "linux")]
+    #[test]
+    fn folders_above_may_be_made_by_several_at_once() {
+        let place = tempfile::tempdir().expect("a folder");
+        for round in 0..50 {
+            let above = place.path().join(format!("{round}/a/b"));
+            let both = thread::scope(|s| {
+                let one = s.spawn(|| Folder::open(&above.join("one")));
+                let two = Folder::open(&above.join("two"));
+                (one.join().expect("no panic"), two)
+            });
+            assert!(both.0.is_ok() && both.1.is_ok(), "{both:?}");
+            drop(both);
+            Folder::open(&above.join("three")).expect("free");
+        }
+    }
+
     #[test]
     fn a_kill_anywhere_leaves_one_design_or_the_other() {
         let kills = killed_everywhere(true, |out| {

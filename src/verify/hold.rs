@@ -222,7 +222,15 @@ fn payload_claim(design: &Design, report: &Result<LoadReport>) -> Claim {
             claim.say(true, "unlimited", &format!("≥ {demand} g"))
         }
         Ok(report) => claim.decide(1e3 * report.payload_max, "g", Bound::AtLeast(demand)),
-        Err(error) => claim.undecided(&error.to_string()),
+        Err(error) => claim.undecided(&in_a_line(error)),
+    }
+}
+
+/// An error without its hint.
+fn in_a_line(error: &Error) -> String {
+    match error {
+        Error::Infeasible { reason, place, .. } => format!("{reason}, {place}"),
+        error => error.to_string(),
     }
 }
 
@@ -256,10 +264,7 @@ fn play_limits(design: &Design, report: &Result<LoadReport>) -> [Claim; 2] {
                 .decide(get(worst), unit, Bound::AtMost(most))
                 .at(Spot::phase(worst.phi)),
             Ok(None) => claim.undecided("nothing was tried"),
-            Err(Error::Infeasible { reason, place, .. }) => {
-                claim.undecided(&format!("{reason}, {place}"))
-            }
-            Err(error) => claim.undecided(&error.to_string()),
+            Err(error) => claim.undecided(&in_a_line(error)),
         }
     })
 }
