@@ -1,4 +1,4 @@
-//! A swept body of [`elements`](super::elements), clamped somewhere: displacements and stresses under forces.
+//! A swept body of `elements`, clamped somewhere: displacements and stresses under forces.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
