@@ -1,7 +1,10 @@
 """What the user sees while a study runs."""
 
+import sqlite3
 import sys
 import time
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 from mpcgear_explore import ranking
@@ -52,13 +55,24 @@ def is_done(study: Study) -> bool:
     return report.is_file() and report.stat().st_mtime >= database.stat().st_mtime
 
 
+def is_made(database: Path) -> bool:
+    """Whether Optuna's storage is there and complete: who opens it earlier completes it, in the way of its maker."""
+    if not database.is_file():
+        return False
+    try:
+        with closing(sqlite3.connect(f"{database.absolute().as_uri()}?mode=ro", uri=True)) as storage:
+            return storage.execute("SELECT version_num FROM alembic_version").fetchone() is not None
+    except sqlite3.OperationalError:
+        return False
+
+
 def watch(study: Study, lines: Lines) -> int:
     """Shows where a study is until its run ends. Returns the exit code."""
     told, done = "", False
     try:
         while not done:
             # Before the first trial there is nothing to read, and a watcher makes nothing.
-            if (study.folder / "study.db").is_file():
+            if is_made(study.folder / "study.db"):
                 done = is_done(study)
                 text = state(study, Results.read(study))
                 if text != told or done:
