@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use serde::Serialize;
 
-use crate::load::{self, LoadReport, PayloadLimit, Sampling};
+use crate::load::{self, PayloadLimit, Sampling};
 use crate::motion::{Motion, MotionFile};
 use crate::pipeline::{self, Event};
 use crate::ranking;
@@ -216,20 +216,12 @@ fn at_size(
     let payload_g = 1e3 * report.payload_max;
     tried.payload_g = Some(payload_g).filter(|g| g.is_finite());
     tried.payload_limit = report.payload_limit;
-    tried.deflection_mm = deflection(&report);
+    tried.deflection_mm = report.deflection_max_mm;
     let stiff = demand
         .deflection_mm
         .is_none_or(|most| tried.deflection_mm.is_some_and(|d| d <= most));
     tried.is_enough = payload_g >= demand.payload_g && stiff;
     Ok(tried)
-}
-
-/// Largest elastic displacement of the load point over the turn, mm.
-fn deflection(report: &LoadReport) -> Option<f64> {
-    let samples = report.samples.iter();
-    samples
-        .map(|s| s.deflection)
-        .try_fold(0.0, |most: f64, d| Some(most.max(d?)))
 }
 
 /// What the proof on the meshes of that size says against it.

@@ -44,21 +44,15 @@ pub fn run(cli: &Cli, args: &SizeArgs) -> Result<u8> {
         say(cli, "no size that was tried carries it")?;
         return Ok(3);
     };
-    let load = &file.settings.load;
     let mut changes = vec![
         format!("gear.center_distance_mm={size}"),
         format!("load.mass_g={}", args.payload),
         format!("load.payload_at_least_g={}", args.payload),
     ];
-    if args.material.is_some() {
-        changes.push(format!(
-            "load.driver_material='\"{}\"'",
-            load.driver_material
-        ));
-        changes.push(format!(
-            "load.follower_material='\"{}\"'",
-            load.follower_material
-        ));
+    if let Some(material) = args.material {
+        for gear in ["driver", "follower"] {
+            changes.push(format!("load.{gear}_material='\"{material}\"'"));
+        }
     }
     changes.extend(args.set.iter().map(|change| format!("'{change}'")));
     let changes: Vec<String> = changes.iter().map(|c| format!(" --set {c}")).collect();
