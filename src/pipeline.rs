@@ -62,7 +62,7 @@ impl Outcome {
     }
 
     /// Tries every claim on the bodies, unless `tell` breaks; a proof that fails is a problem as well.
-    fn prove(&mut self, motion: &Motion, tell: &mut dyn FnMut(f64) -> ControlFlow<()>) {
+    fn prove(&mut self, motion: &Motion, tell: &mut verify::Progress) {
         let Some(solids) = &self.solids else { return };
         match prove(&self.design, motion, solids, tell) {
             Ok(check) => {
@@ -114,12 +114,24 @@ pub type Observer<'a> = dyn FnMut(Event) -> ControlFlow<()> + 'a;
 /// As [`search::run`]; [`Error::Infeasible`] when no choice leaves room for the joint;
 /// [`Error::Internal`] when no choice can be traced.
 pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Result<Outcome> {
+    let found = choices(file, motion, &mut |progress| {
+        observer(Event::Progress(progress))
+    })?;
+    finish((file, motion), found, observer)
+}
+
+/// The mechanism of the best of the choices that were `found`, as [`run`].
+pub(crate) fn finish(
+    (file, motion): (&MotionFile, &Motion),
+    found: Choices,
+    observer: &mut Observer,
+) -> Result<Outcome> {
     let Choices {
         bands: choices,
         contact_ratio,
         is_proved,
         stop,
-    } = choices(file, motion, observer)?;
+    } = found;
     let (file, remark) = &at_ratio(file, contact_ratio);
     let mut choices = ranking::by_payload(file, motion, choices);
     let count = choices.len();
@@ -180,11 +192,8 @@ pub fn run(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Resul
         }
         match stopped {
             true => outcome.stop = StopReason::Stopped,
-            false => outcome.prove(motion, &mut |done| {
-                observer(Event::Progress(&at(
-                    "proof on the meshes",
-                    0.1 + 0.9 * done,
-                )))
+            false => outcome.prove(motion, &mut |what, done| {
+                observer(Event::Progress(&at(what, 0.1 + 0.9 * done)))
             }),
         }
         let (works, stop) = (outcome.design.problems.is_empty(), outcome.stop);
@@ -251,19 +260,28 @@ fn at_ratio(file: &MotionFile, contact_ratio: f64) -> (MotionFile, Vec<String>) 
 }
 
 /// What the search hands over.
-struct Choices {
+#[derive(Debug, Clone)]
+pub(crate) struct Choices {
     /// Choices of bands, best first, with their hold.
-    bands: Vec<(Bands, f64)>,
+    pub bands: Vec<(Bands, f64)>,
     /// Contact ratio of their teeth.
-    contact_ratio: f64,
-    is_proved: Option<bool>,
-    stop: StopReason,
+    pub contact_ratio: f64,
+    /// As in [`Outcome`].
+    pub is_proved: Option<bool>,
+    /// Whether the search was cut short.
+    pub stop: StopReason,
 }
 
 /// Searches by the method that the settings ask for.
-fn choices(file: &MotionFile, motion: &Motion, observer: &mut Observer) -> Result<Choices> {
+///
+/// # Errors
+/// As [`search::run`].
+pub(crate) fn choices(
+    file: &MotionFile,
+    motion: &Motion,
+    observer: &mut search::Observer,
+) -> Result<Choices> {
     let settings = &file.settings;
-    let observer = &mut |progress: &Progress| observer(Event::Progress(progress));
     Ok(match settings.search.method {
         Method::Exact => {
             let found = search::run(motion, settings, observer)?;
@@ -292,7 +310,7 @@ fn prove(
     design: &Design,
     motion: &Motion,
     solids: &Solids,
-    tell: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    tell: &mut verify::Progress,
 ) -> Result<Check> {
     let pieces = solids.pieces.iter();
     let pieces: Vec<_> = pieces.map(|p| (p.name.clone(), p.mesh.clone())).collect();
@@ -304,5 +322,5 @@ fn prove(
         printer: Printer::of(&design.settings.fit),
         effort: Effort::default(),
     };
-    verify::check(&input, &mut |_, done| tell(done))
+    verify::check(&input, tell)
 }

@@ -9,6 +9,7 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpcgear::Error;
 use mpcgear::escape::terminal;
+use mpcgear::export::tables::Stage;
 use mpcgear::search::Progress;
 
 /// Watches a run: shows its progress and tells it when to stop.
@@ -19,6 +20,7 @@ pub struct Watch {
     lines: Option<Mutex<&'static str>>,
     interrupted: Arc<AtomicBool>,
     started: Instant,
+    stages: Mutex<Stages>,
     /// Time for the whole run, s; none before it is known.
     limit_s: OnceLock<f64>,
 }
@@ -56,6 +58,7 @@ impl Watch {
             lines: (!quiet && !std::io::stderr().is_terminal()).then(|| Mutex::new("")),
             interrupted,
             started: Instant::now(),
+            stages: Mutex::default(),
             limit_s: OnceLock::new(),
         }
     }
@@ -89,6 +92,20 @@ impl Watch {
         self.is_late(PROOF, GRACE_S)
     }
 
+    /// Ends the stage under way and begins `stage`.
+    pub fn enter(&self, stage: &'static str) {
+        let now = (self.seconds(), cpu_seconds());
+        let mut stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        stages.enter(stage, now);
+    }
+
+    /// What each stage took until now, in the order in which they began.
+    pub fn stages(&self) -> Vec<Stage> {
+        self.enter("");
+        let stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        stages.done.clone()
+    }
+
     /// Shows progress (a bar, or a line a stage where there is no terminal); stops on Ctrl-C, and
     /// search and proof each when its share of the time limit is over.
     pub fn tell(&self, progress: &Progress) -> ControlFlow<()> {
@@ -100,6 +117,7 @@ impl Watch {
             n => format!(", {n} usable bands"),
         };
         let message = format!("{}{count}{best}", progress.stage);
+        self.enter(progress.stage);
         if let Some(last) = &self.lines {
             let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
             if std::mem::replace(&mut *last, progress.stage) != progress.stage {
@@ -133,6 +151,53 @@ impl Watch {
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// Time of the stages of a run.
+#[derive(Debug, Default)]
+struct Stages {
+    done: Vec<Stage>,
+    /// The one under way, with wall and processor time when it began, s.
+    now: Option<(&'static str, (f64, Option<f64>))>,
+}
+
+impl Stages {
+    fn enter(&mut self, stage: &'static str, (wall, cpu): (f64, Option<f64>)) {
+        let (last, (began, cpu_began)) = match self.now {
+            Some((last, _)) if last == stage => return,
+            Some(under_way) => under_way,
+            // What comes before the first stage is reading.
+            None => ("", (wall, cpu)),
+        };
+        self.now = Some((stage, (wall, cpu)));
+        let cpu_s = cpu.zip(cpu_began).map(|(cpu, began)| cpu - began);
+        let wall_s = wall - began;
+        match self.done.iter_mut().find(|s| s.name == last) {
+            Some(again) => {
+                again.wall_s += wall_s;
+                again.cpu_s = again.cpu_s.zip(cpu_s).map(|(a, b)| a + b);
+            }
+            None if last.is_empty() => {}
+            None => self.done.push(Stage {
+                name: last.into(),
+                wall_s,
+                cpu_s,
+            }),
+        }
+    }
+}
+
+/// Processor time of this process so far, all threads, s; `None` where the system does not tell.
+#[cfg(unix)]
+pub fn cpu_seconds() -> Option<f64> {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+}
+
+/// Not told here.
+#[cfg(not(unix))]
+pub fn cpu_seconds() -> Option<f64> {
+    None
 }
 
 /// Prints a warning on standard error.

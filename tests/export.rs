@@ -97,6 +97,7 @@ fn summary_has_the_agreed_keys() {
             "escapes",
             "wall_min_mm",
             "wall_seconds",
+            "stages",
             "seed",
             "version",
             "choice_proved",

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use mpcgear::design::Design;
 use mpcgear::export::Source;
 use mpcgear::export::compare;
-use mpcgear::export::evidence::Evidence;
+use mpcgear::export::evidence::{Evidence, Verdicts};
 use mpcgear::export::report::{self, Claim, ReportInput};
 use mpcgear::load::Load;
 use mpcgear::motion::{Class, Motion};
@@ -68,8 +68,9 @@ fn with_input<T>(mut design: Design, use_it: impl FnOnce(&ReportInput) -> T) -> 
             "0 of 2304",
         ),
     ];
+    let verdicts = Verdicts { claims, load: None };
     let files = ["print/driver.stl", "parts.md"].map(PathBuf::from);
-    let evidence = Evidence::gather(&source, claims, &files).unwrap();
+    let evidence = Evidence::gather(&source, verdicts, &files).unwrap();
     use_it(&evidence.input(&source, "name = \"<b>bold</b> </script>\"\n"))
 }
 
@@ -413,7 +414,7 @@ fn a_draft_without_solids_or_teeth_still_has_a_report() {
         motion: &motion,
         solids: None,
     };
-    let evidence = Evidence::gather(&source, Vec::new(), &[]).unwrap();
+    let evidence = Evidence::gather(&source, Verdicts::default(), &[]).unwrap();
     assert!(evidence.load.is_none() && evidence.sensitivity.is_none());
     let html = report::html(&evidence.input(&source, "")).unwrap();
     assert!(html.contains("<b>Draft.</b>") && html.contains("no compatible second band"));

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use mpcgear::design::{Design, file};
 use mpcgear::disk::Folder;
-use mpcgear::export::tables::{self, Summary};
+use mpcgear::export::tables::{self, SUMMARY, Summary};
 use mpcgear::export::{self, Source};
 use mpcgear::motion::{Motion, MotionFile};
 use mpcgear::pipeline::{self, Event, Outcome};
@@ -171,7 +171,7 @@ impl Job<'_> {
         }
         summary.remedies = self.remedies.clone();
         summary.draft = args.draft;
-        summary.wall_seconds = self.watch.seconds();
+        self.watch.enter("report and files");
         let source = Source {
             design,
             motion,
@@ -180,9 +180,13 @@ impl Job<'_> {
         let mut files = export::files(&source, &summary)?;
         if outcome.solids.is_some() && !args.draft && !self.watch.is_overdue() {
             let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
-            let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
             let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-            files.push(super::report::page(&source, claims, (&paths, &text))?);
+            files.push(super::report::page(&source, outcome.check.as_ref(), (&paths, &text))?);
+        }
+        summary.wall_seconds = self.watch.seconds();
+        summary.stages = self.watch.stages();
+        if let Some(file) = files.iter_mut().find(|f| f.path == Path::new(SUMMARY)) {
+            file.bytes = tables::summary_json(&summary)?.into();
         }
         let folder = self.target.folder(works);
         folder.publish(&files)?;
@@ -220,7 +224,7 @@ impl Job<'_> {
                 )?,
                 None => vec![
                     export::File::new("design.json", file::text(&draft)?),
-                    export::File::new("summary.json", tables::summary_json(&summary)?),
+                    export::File::new(SUMMARY, tables::summary_json(&summary)?),
                 ],
             };
             let folder = self.target.folder(false);
@@ -251,7 +255,10 @@ pub(super) fn summarise(outcome: &Outcome, motion: &Motion) -> Summary {
     }
     summary.choice_proved = outcome.is_proved;
     summary.remarks = outcome.remarks.clone();
-    let certified = certified::of(design, motion);
+    let certified = match &outcome.check {
+        Some(check) => check.certified,
+        None => certified::of(design, motion),
+    };
     summary.q_certified = certified.map(|c| c.q);
     summary.q_star_certified = certified.map(|c| c.q_star);
     let bound = bound::of(design, motion);
@@ -324,7 +331,7 @@ impl Target {
 
 /// Whether the design in a folder says of itself that it is a first look.
 fn is_first_look(folder: &Path) -> bool {
-    let text = std::fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+    let text = std::fs::read_to_string(folder.join(SUMMARY)).unwrap_or_default();
     serde_json::from_str(&text).is_ok_and(|summary: Summary| summary.draft)
 }
 

@@ -41,7 +41,7 @@ pub fn export(cli: &Cli, args: &ExportArgs) -> Result<u8> {
     }
     if !reports.is_empty() {
         let found = super::check::of(cli, &source, &origin)?;
-        files.push(super::report::page(&source, &found.claims, (&[], ""))?);
+        files.push(super::report::page(&source, Some(&found), (&[], ""))?);
     }
     if out.as_os_str() == "-" {
         return to_standard_output(&files);

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use mpcgear::Result;
 use mpcgear::design::{Stored, file as stored};
 use mpcgear::disk::{self, Folder};
-use mpcgear::export::evidence::Evidence;
+use mpcgear::export::evidence::{Evidence, Verdicts};
 use mpcgear::export::report;
 use mpcgear::export::{File, Source};
-use mpcgear::verify::Claim;
+use mpcgear::verify::Check;
 
 use super::{check, say};
 use crate::cli::Cli;
@@ -30,29 +30,30 @@ pub fn run(cli: &Cli, folder: &Path, png: Option<&Path>) -> Result<u8> {
         solids: solids.as_ref(),
     };
     if let Some(pictures) = png {
-        let evidence = Evidence::gather(&source, Vec::new(), &[])?;
+        let evidence = Evidence::gather(&source, Verdicts::default(), &[])?;
         for path in report::write_pictures(&evidence.input(&source, ""), pictures)? {
             say(cli, &path.display().to_string())?;
         }
         return Ok(0);
     }
     let found = check::of(cli, &source, &file)?;
-    let page = page(&source, &found.claims, (&beside(&file), ""))?;
+    let page = page(&source, Some(&found), (&beside(&file), ""))?;
     let path = file.with_file_name(&page.path);
     Folder::open(disk::folder_of(&file))?.add(&[page])?;
     say(cli, &format!("written: {}", path.display()))
 }
 
-/// `report.html` of a design with the verdicts `claims`; links to `files`, shows `motion_file`.
+/// `report.html` of a design with the verdicts of its `check`; links to `files`, shows `motion_file`.
 ///
 /// # Errors
 /// As [`Evidence::gather`] and [`report::html`].
 pub fn page(
     source: &Source,
-    claims: &[Claim],
+    check: Option<&Check>,
     (files, motion_file): (&[PathBuf], &str),
 ) -> Result<File> {
-    let evidence = Evidence::gather(source, claims.to_vec(), files)?;
+    let verdicts = check.map_or_else(Verdicts::default, Verdicts::from);
+    let evidence = Evidence::gather(source, verdicts, files)?;
     let html = report::html(&evidence.input(source, motion_file))?;
     Ok(File::new("report.html", html))
 }

@@ -265,7 +265,7 @@ fn made(trial: &Trial, record: &mut Record) -> Result<Vec<File>> {
     };
     let Outcome { design, solids, .. } = &outcome;
     let summary = summarise(&outcome, &motion);
-    let figures = measures::figures(design, &motion, solids.as_ref(), &summary);
+    let figures = measures::figures(&outcome, &motion, &summary);
     record.figures = figures
         .into_iter()
         .map(|(name, v)| (name.to_owned(), v))
@@ -289,11 +289,10 @@ fn made(trial: &Trial, record: &mut Record) -> Result<Vec<File>> {
     let mut files = export::files(&source, &summary)?;
     files.retain(|file| KEPT.iter().any(|name| file.path == Path::new(name)));
     if solids.is_some() {
-        let claims = outcome.check.as_ref().map_or(&[][..], |c| &c.claims);
         let text = std::fs::read_to_string(trial.motion).unwrap_or_default();
         let mut beside: Vec<_> = files.iter().map(|f| f.path.clone()).collect();
         beside.push(mpcgear::explore::trial::RECORD.into());
-        files.push(super::report::page(&source, claims, (&beside, &text))?);
+        files.push(super::report::page(&source, outcome.check.as_ref(), (&beside, &text))?);
     }
     Ok(files)
 }

@@ -9,6 +9,7 @@ use crate::design::Design;
 use crate::export::tables::Summary;
 use crate::load::{self, LoadReport, Material, Sampling};
 use crate::motion::Motion;
+use crate::pipeline::Outcome;
 use crate::solid::Solids;
 
 /// One figure that studies may ask for.
@@ -73,13 +74,14 @@ const PHASES: u32 = 24;
 /// Figures by name.
 pub type Figures = BTreeMap<&'static str, Option<f64>>;
 
-/// The figures of a design; what only the proof knows is taken from its summary.
-pub fn figures(
-    design: &Design,
-    motion: &Motion,
-    solids: Option<&Solids>,
-    summary: &Summary,
-) -> Figures {
+/// The figures of what was made, with those of its summary.
+pub fn figures(outcome: &Outcome, motion: &Motion, summary: &Summary) -> Figures {
+    let Outcome {
+        design,
+        solids,
+        check,
+        ..
+    } = outcome;
     let mut figures: Figures = MEASURES.iter().map(|m| (m.name, None)).collect();
     figures.extend([
         ("q_min", summary.q_min),
@@ -89,7 +91,9 @@ pub fn figures(
         ("wall_min_mm", summary.wall_min_mm),
     ]);
     let load = &design.settings.load;
-    if let Ok(report) = load::analyse(design, motion, load, Sampling::default()) {
+    let known = check.as_ref().and_then(|check| check.load.clone());
+    let report = known.map_or_else(|| load::analyse(design, motion, load, Sampling::default()), Ok);
+    if let Ok(report) = report {
         figures.extend(loaded(&report));
     }
     if let Some(solids) = solids {

@@ -7,6 +7,7 @@ use super::report::{Claim, FileLink, ReportInput};
 use crate::load::sensitivity::{Sensitivity, sensitivity};
 use crate::load::{LoadReport, Sampling, analyse};
 use crate::solid::assembly::SolidBody;
+use crate::verify::Check;
 use crate::{Error, Result};
 
 /// Angles at which assembly errors are tried; each takes a hundred small programs.
@@ -27,13 +28,31 @@ pub struct Evidence {
     pub files: Vec<FileLink>,
 }
 
+/// What a check has already found out.
+#[derive(Debug, Clone, Default)]
+pub struct Verdicts {
+    /// Verdicts.
+    pub claims: Vec<Claim>,
+    /// Load figures; `None` where they are still to be computed.
+    pub load: Option<LoadReport>,
+}
+
+impl From<&Check> for Verdicts {
+    fn from(check: &Check) -> Verdicts {
+        Verdicts {
+            claims: check.claims.clone(),
+            load: check.load.clone(),
+        }
+    }
+}
+
 impl Evidence {
     /// Gathers the evidence for `source`, beside which `files` (relative paths) lie. Designs that do
     /// not close lack load figures instead of failing: their report says why they are drafts.
     ///
     /// # Errors
     /// [`Error::Input`] for impossible `[load]` settings.
-    pub fn gather(source: &Source, claims: Vec<Claim>, files: &[PathBuf]) -> Result<Evidence> {
+    pub fn gather(source: &Source, verdicts: Verdicts, files: &[PathBuf]) -> Result<Evidence> {
         let (design, motion) = (source.design, source.motion);
         let settings = &design.settings.load;
         let l = design.settings.gear.center_distance_mm;
@@ -49,9 +68,12 @@ impl Evidence {
             bodies: source
                 .solids
                 .map_or(Vec::new(), |s| s.bodies.iter().map(place).collect()),
-            load: where_closed(analyse(design, motion, settings, Sampling::default()))?,
+            load: match verdicts.load {
+                Some(known) => Some(known),
+                None => where_closed(analyse(design, motion, settings, Sampling::default()))?,
+            },
             sensitivity: where_closed(sensitivity(design, motion, settings, few))?,
-            claims,
+            claims: verdicts.claims,
             files: files.iter().filter_map(|f| link(f)).collect(),
         })
     }

@@ -41,7 +41,7 @@ use crate::design::{Design, file};
 use crate::motion::{Motion, Pose};
 use crate::solid::assembly::SolidBody;
 use crate::solid::{Mesh, Solids};
-use tables::Summary;
+use tables::{SUMMARY, Summary};
 
 /// Everything that files are made from.
 #[derive(Debug, Clone, Copy)]
@@ -107,7 +107,7 @@ impl File {
 pub fn files(source: &Source, summary: &Summary) -> Result<Vec<File>> {
     let mut files = vec![
         File::new("design.json", file::text(source.design)?),
-        File::new("summary.json", tables::summary_json(summary)?),
+        File::new(SUMMARY, tables::summary_json(summary)?),
         File::new("poses.csv", tables::poses_csv(source.motion)?),
     ];
     let Some(solids) = source.solids else {

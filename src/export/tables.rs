@@ -59,6 +59,9 @@ pub struct Summary {
     pub wall_min_mm: Option<f64>,
     /// Time that the design took, s.
     pub wall_seconds: f64,
+    /// What of it each stage took, in the order in which they began; empty where nobody looked.
+    #[serde(default)]
+    pub stages: Vec<Stage>,
     /// Seed of the search.
     pub seed: u64,
     /// `mpcgear` version.
@@ -78,6 +81,20 @@ pub struct Summary {
     /// Whether Ctrl-C or the time limit ended the work early: the best so far, not all that was planned.
     #[serde(default)]
     pub stopped: bool,
+}
+
+/// File of the [`Summary`] in the output folder.
+pub const SUMMARY: &str = "summary.json";
+
+/// Time of one stage of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Stage {
+    /// What was done.
+    pub name: String,
+    /// Wall time, s.
+    pub wall_s: f64,
+    /// Processor time of all threads, s; `None` where the system does not tell.
+    pub cpu_s: Option<f64>,
 }
 
 impl Summary {
@@ -116,6 +133,7 @@ impl Summary {
             escapes: None,
             wall_min_mm: None,
             wall_seconds: 0.0,
+            stages: Vec::new(),
             seed: design.settings.search.seed,
             version: env!("CARGO_PKG_VERSION").into(),
             choice_proved: None,

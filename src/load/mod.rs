@@ -34,7 +34,7 @@ use contacts::Configuration;
 use wrench::Wrench;
 
 /// Load on one contact.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactLoad {
     /// Tooth j, from 0.
     pub tooth: usize,
@@ -52,7 +52,7 @@ pub struct ContactLoad {
 }
 
 /// Everything at one driver angle.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadSample {
     /// Driver angle, rad.
     pub phi: f64,
@@ -87,7 +87,7 @@ pub struct LoadSample {
 }
 
 /// Loads over the driver's range.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadReport {
     /// Samples in order of φ.
     pub samples: Vec<LoadSample>,

@@ -19,7 +19,9 @@ use crate::design::{ClosureSample, Design};
 use crate::motion::Motion;
 use crate::solid::Mesh;
 use crate::solid::assembly::{Carrier, SolidBody};
-use crate::{Error, Result, certified};
+use crate::certified::{self, Certified};
+use crate::load::LoadReport;
+use crate::{Error, Result};
 
 /// Everything that is checked.
 #[derive(Debug, Clone, Copy)]
@@ -97,6 +99,12 @@ pub struct Check {
     pub failures: Vec<Recognised>,
     /// The proof on the meshes; `None` when driver or follower is missing.
     pub proof: Option<Proof>,
+    /// What it carries under the `[load]` of its settings; `None` where the contacts cannot hold that.
+    #[serde(skip)]
+    pub load: Option<LoadReport>,
+    /// Lower bounds of Q and Q* for every φ; `None` where there are none.
+    #[serde(skip)]
+    pub certified: Option<Certified>,
 }
 
 impl Check {
@@ -166,23 +174,21 @@ pub fn examine(
             |least, q| if q.is_nan() { q } else { least.min(q) },
         );
     let mut claims = conjugation::claims(design, input.motion, q_min);
-    claims.extend(hold::closure_claims(
-        design,
-        samples.as_deref(),
-        certified::of(design, input.motion),
-    ));
-    claims.extend(hold::load_claims(design, input.motion));
+    let certified = certified::of(design, input.motion);
+    claims.extend(hold::closure_claims(design, samples.as_deref(), certified));
+    let (load_claims, load) = hold::load_claims(design, input.motion);
+    claims.extend(load_claims);
     claims.push(hold::flanks_claim(design, &mechanism, &input.effort));
     let closure = samples.unwrap_or_default();
     let (mut play, mut touching, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     match &mut proof {
         Some(proof) if !proof.pairs.is_empty() => {
             claims.extend(apart::mesh_claims(proof));
-            let mut step = |what: &str, done: f64| match progress(what, done) {
+            let mut step = |what: &'static str, done: f64| match progress(what, done) {
                 ControlFlow::Continue(()) => Ok(()),
                 ControlFlow::Break(()) => Err(Error::Interrupted),
             };
-            step("overlap as drawn", 0.0)?;
+            step("proof: overlap as drawn", 0.0)?;
             let parts: Vec<Part> = input.bodies.iter().map(Part::new).collect();
             let find = |carrier: Carrier| {
                 let part = parts.iter().find(|p| p.body.carrier == carrier);
@@ -196,18 +202,18 @@ pub fn examine(
                 follower,
                 mechanism,
             };
-            step("play", 0.2)?;
+            step("proof: play", 0.2)?;
             let clearance = design.settings.fit.clearance_mm;
             play = hold::plays(&held, &known(Some(&closure)), (&input.effort, clearance));
             claims.push(hold::play_claim(&play));
-            step("flanks", 0.7)?;
+            step("proof: flanks", 0.7)?;
             let (contacts, spans) = touching::claims(design, (driver, follower));
             claims.extend(contacts);
             touching = spans;
-            step("joints", 0.8)?;
+            step("proof: joints", 0.8)?;
             let joint_play = design.settings.fit.joint_play_mm;
             claims.extend(joints::claims(&parts, &mechanism, (joint_play, &play)));
-            step("assembly", 0.9)?;
+            step("proof: assembly", 0.9)?;
             claims.extend(insertion::claims(design, &parts, &mechanism));
             failures = failure::recognise(design, &mechanism, &proof.pairs);
         }
@@ -244,6 +250,8 @@ pub fn examine(
         play,
         failures,
         proof,
+        load,
+        certified,
     })
 }
 

@@ -200,13 +200,13 @@ pub(super) fn plays(
         .collect()
 }
 
-/// Claims that the follower is not looser than the settings allow: what the flanks alone leave it, with
-/// the motor held.
-pub(super) fn load_claims(design: &Design, motion: &Motion) -> Vec<Claim> {
+/// Claims that the follower is not looser than the settings allow (what the flanks alone leave it, with
+/// the motor held) and carries what it has to; with the load report that they rest on.
+pub(super) fn load_claims(design: &Design, motion: &Motion) -> (Vec<Claim>, Option<LoadReport>) {
     let report = analyse(design, motion, &design.settings.load, Sampling::default());
     let mut claims = play_limits(design, &report).to_vec();
     claims.push(payload_claim(design, &report));
-    claims
+    (claims, report.ok())
 }
 
 /// Claim that the mechanism carries what its `[load]` demands.

@@ -164,7 +164,7 @@ impl Proof {
 }
 
 /// Told what is being proven and how much of it is done, 0 to 1; `Break` stops.
-pub type Progress<'a> = dyn FnMut(&str, f64) -> ControlFlow<()> + 'a;
+pub type Progress<'a> = dyn FnMut(&'static str, f64) -> ControlFlow<()> + 'a;
 
 /// Proves a mechanism from its meshes. `bodies` are in their own frames ([`Mechanism::assembled`] brings
 /// them there from files); `closure` is Q
@@ -179,14 +179,14 @@ pub fn prove(
     (settings, closure): (&ProofSettings, &[ClosureSample]),
     progress: &mut Progress,
 ) -> Result<Proof> {
-    let mut step = |what: &str, done: f64| match progress(what, done) {
+    let mut step = |what: &'static str, done: f64| match progress(what, done) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(Error::Interrupted),
     };
     let mut mesh_problems = Vec::new();
     let mut walls = Vec::new();
     for (i, body) in bodies.iter().enumerate() {
-        step("meshes and walls", 0.3 * i as f64 / bodies.len() as f64)?;
+        step("proof: walls", 0.3 * i as f64 / bodies.len() as f64)?;
         let problems = mesh::problems(&body.name, &body.mesh);
         let unusable = problems.iter().any(MeshProblem::is_no_surface);
         mesh_problems.extend(problems);
@@ -222,10 +222,10 @@ pub fn prove(
     };
     let mut pairs = Vec::new();
     for (done, &(i, j)) in moving.iter().enumerate() {
-        step("overlap", 0.3 + 0.5 * done as f64 / moving.len() as f64)?;
+        step("proof: overlap", 0.3 + 0.5 * done as f64 / moving.len() as f64)?;
         pairs.push(overlap::apart((&parts[i], &parts[j]), mechanism, &overlap));
     }
-    step("escapes", 0.8)?;
+    step("proof: escapes", 0.8)?;
     let find = |carrier: Carrier| {
         parts
             .iter()
@@ -247,7 +247,7 @@ pub fn prove(
         })
         .collect::<Result<Vec<_>>>()?;
     let escapes = held.escapes(&tries, &directions);
-    step("done", 1.0)?;
+    step("proof: escapes", 1.0)?;
     Ok(Proof {
         pairs,
         escapes,
