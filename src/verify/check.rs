@@ -162,6 +162,11 @@ pub fn examine(
     mut proof: Option<Proof>,
     progress: &mut Progress,
 ) -> Result<Check> {
+    let mut step = |what: &'static str, done: f64| match progress(what, done) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    };
+    step("proof: hold", 0.0)?;
     let design = input.design;
     let mechanism = input.mechanism();
     let samples = hold::closure(design, input.motion);
@@ -184,11 +189,7 @@ pub fn examine(
     match &mut proof {
         Some(proof) if !proof.pairs.is_empty() => {
             claims.extend(apart::mesh_claims(proof));
-            let mut step = |what: &'static str, done: f64| match progress(what, done) {
-                ControlFlow::Continue(()) => Ok(()),
-                ControlFlow::Break(()) => Err(Error::Interrupted),
-            };
-            step("proof: overlap as drawn", 0.0)?;
+            step("proof: overlap as drawn", 0.1)?;
             let parts: Vec<Part> = input.bodies.iter().map(Part::new).collect();
             let find = |carrier: Carrier| {
                 let part = parts.iter().find(|p| p.body.carrier == carrier);
