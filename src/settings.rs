@@ -6,6 +6,8 @@ mod profile;
 
 use serde::{Deserialize, Serialize};
 
+use crate::motion::Drive;
+
 pub use profile::{Allowances, Profile};
 
 /// All settings of a design.
@@ -89,6 +91,13 @@ pub struct Gear {
     pub center_distance_mm: f64,
     /// J, teeth per band on driver and follower. Default 10.
     pub teeth: usize,
+    /// J₁, teeth per band on the driver: as many as the follower has, or a multiple. The driver then makes
+    /// one turn while the follower makes as many. Default [`Gear::teeth`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driver_teeth: Option<usize>,
+    /// J₂, teeth per band on the follower. Default [`Gear::teeth`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follower_teeth: Option<usize>,
     /// c, contact ratio. Default 1.44.
     pub contact_ratio: f64,
     /// Contact ratio that is tried where no gear is found at `contact_ratio`, or only one that holds
@@ -127,6 +136,8 @@ impl Default for Gear {
         Gear {
             center_distance_mm: 25.0,
             teeth: 10,
+            driver_teeth: None,
+            follower_teeth: None,
             contact_ratio: 1.44,
             least_contact_ratio: 1.1,
             sub_gear_pairs: PairCount::Auto(Auto::Auto),
@@ -145,6 +156,22 @@ impl Default for Gear {
 }
 
 impl Gear {
+    /// J₂, tooth pairs of a band that meet in one period of the motion: the follower's teeth.
+    pub fn tooth_pairs(&self) -> usize {
+        self.follower_teeth.unwrap_or(self.teeth)
+    }
+
+    /// J₁, teeth of a band on the driver.
+    pub fn teeth_on_driver(&self) -> usize {
+        self.driver_teeth.unwrap_or(self.teeth)
+    }
+
+    /// How the driver turns.
+    pub fn drive(&self) -> Drive {
+        let copies = self.teeth_on_driver() / self.tooth_pairs().max(1);
+        Drive::new(self.center_distance_mm, copies)
+    }
+
     /// Radius of the round bead that fits into the section, mm: half the thickness, or the flanks' radius
     /// where that is smaller. The search takes the teeth for such beads.
     pub fn bead_radius(&self) -> f64 {

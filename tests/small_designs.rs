@@ -178,7 +178,7 @@ fn flat_flanks_carry_more() {
                 let placed = |mesh: &Mesh, pose: Pose| {
                     Solid::new(&mesh.moved(&pose), "tooth").expect("solid")
                 };
-                let driver = placed(&driver, MotionState::driver(25.0, phi).pose);
+                let driver = placed(&driver, Drive::new(25.0, 1).state(phi).pose);
                 let follower = placed(&follower, motion.state(phi).pose);
                 let shared = driver.intersection(&follower).mesh().volume();
                 assert!(

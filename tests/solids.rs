@@ -71,7 +71,7 @@ fn an_overlap_is_seen() {
     };
     // A tenth of a pitch out of mesh is more than the clearance.
     let driver = Solid::new(&driver.mesh, "driver").expect("sound");
-    let turned = follower.carrier.pose(&motion, 25.0, 0.063);
+    let turned = follower.carrier.pose(&motion, Drive::new(25.0, 1), 0.063);
     let follower = Solid::new(&follower.mesh.moved(&turned), "follower").expect("sound");
     assert!(driver.intersection(&follower).volume() > 0.01);
 }

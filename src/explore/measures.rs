@@ -1,8 +1,6 @@
 //! Figures of a design by which explorations compare: what it carries, how loose it is, how large and heavy.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 
 use crate::design::Design;
@@ -129,17 +127,17 @@ fn loaded(report: &LoadReport) -> Figures {
 
 /// The box around all bodies at all angles.
 fn room(design: &Design, motion: &Motion, solids: &Solids) -> Figures {
-    let distance = design.settings.gear.center_distance_mm;
+    let drive = design.settings.gear.drive();
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
         Vector3::repeat(f64::NEG_INFINITY),
     );
     for body in &solids.bodies {
         for i in 0..PHASES {
-            let phi = TAU * f64::from(i) / f64::from(PHASES);
+            let phi = drive.period() * f64::from(i) / f64::from(PHASES);
             let (a, b) = body
                 .mesh
-                .moved(&body.carrier.pose(motion, distance, phi))
+                .moved(&body.carrier.pose(motion, drive, phi))
                 .bounds();
             (low, high) = (low.inf(&a), high.sup(&b));
         }

@@ -36,9 +36,9 @@ impl Evidence {
     pub fn gather(source: &Source, claims: Vec<Claim>, files: &[PathBuf]) -> Result<Evidence> {
         let (design, motion) = (source.design, source.motion);
         let settings = &design.settings.load;
-        let l = design.settings.gear.center_distance_mm;
+        let drive = design.settings.gear.drive();
         let place = |body: &SolidBody| SolidBody {
-            mesh: body.mesh.moved(&body.carrier.pose(motion, l, 0.0)),
+            mesh: body.mesh.moved(&body.carrier.pose(motion, drive, 0.0)),
             ..body.clone()
         };
         let few = Sampling {

@@ -50,7 +50,7 @@ pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
         .collect();
     let mut parts = parts?;
     let mut scripts = bodies(source, recipe, &parts)?;
-    let poses = tables::poses(source.motion, POSES);
+    let poses = tables::poses_of_turn(source.motion, source.design.settings.gear.drive(), POSES);
     let poses: Vec<String> = poses.iter().map(pose_line).collect();
     let whole = |template: &str, parts: &[Part], what: &str| {
         let page = Page {
@@ -235,7 +235,7 @@ struct About {
     generator: String,
     center_distance: String,
     k: usize,
-    j: usize,
+    j: String,
     q_min: String,
     date: Option<String>,
 }
@@ -254,7 +254,7 @@ fn about(source: &Source, what: &str) -> About {
         generator: super::maker(design),
         center_distance: number(design.settings.gear.center_distance_mm, 4),
         k: design.sub_gear_pairs.len(),
-        j: design.settings.gear.teeth,
+        j: tables::teeth(design),
         q_min: q_min.map_or("not known".into(), |q| number(q, 3)),
         date: super::date::from_environment(),
     }

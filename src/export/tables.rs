@@ -1,10 +1,12 @@
 //! `summary.json` and `poses.csv`.
 
+use std::f64::consts::TAU;
+
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
-use crate::motion::{Class, Motion};
+use crate::motion::{Class, Drive, Motion};
 use crate::remedy::Remedy;
 use crate::{Error, Result};
 
@@ -19,6 +21,9 @@ pub struct Summary {
     pub k: usize,
     /// J, teeth per band.
     pub j: usize,
+    /// Teeth of a band on the driver.
+    #[serde(default)]
+    pub driver_teeth: usize,
     /// c, contact ratio: that asked for, or the least where that holds better.
     #[serde(default)]
     pub contact_ratio: f64,
@@ -98,7 +103,8 @@ impl Summary {
             name: design.name.clone(),
             class: design.class,
             k: design.sub_gear_pairs.len(),
-            j: design.settings.gear.teeth,
+            j: design.settings.gear.tooth_pairs(),
+            driver_teeth: design.settings.gear.teeth_on_driver(),
             contact_ratio: design.settings.gear.contact_ratio,
             feasible: design.problems.is_empty(),
             draft: false,
@@ -137,10 +143,19 @@ pub fn summary_json(summary: &Summary) -> Result<String> {
         .map_err(|e| Error::Internal(format!("summary.json: {e}")))
 }
 
+/// Teeth in a band, as cards and headings say it: of both gears, or driver : follower.
+pub fn teeth(design: &Design) -> String {
+    let gear = &design.settings.gear;
+    match (gear.teeth_on_driver(), gear.tooth_pairs()) {
+        (driver, follower) if driver == follower => follower.to_string(),
+        (driver, follower) => format!("{driver}:{follower}"),
+    }
+}
+
 /// Pose of the follower at one phase.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PoseRow {
-    /// Driver angle, degrees.
+    /// Phase or driver angle, degrees.
     pub phi_deg: f64,
     /// Position of the body origin, mm.
     pub x: f64,
@@ -160,11 +175,21 @@ pub struct PoseRow {
 
 /// `steps + 1` poses over one period, both ends included.
 pub fn poses(motion: &Motion, steps: u32) -> Vec<PoseRow> {
+    rows(motion, (steps, 1))
+}
+
+/// Poses over one turn of the driver, both ends included, `steps` in each period; angles are the driver's.
+pub fn poses_of_turn(motion: &Motion, drive: Drive, steps: u32) -> Vec<PoseRow> {
+    rows(motion, (steps, drive.copies() as u32))
+}
+
+fn rows(motion: &Motion, (steps, periods): (u32, u32)) -> Vec<PoseRow> {
     let mut rows: Vec<PoseRow> = Vec::new();
     let mut last = UnitQuaternion::identity();
+    let steps = steps * periods;
     for i in 0..=steps {
         let turn = f64::from(i) / f64::from(steps);
-        let pose = motion.state(turn * std::f64::consts::TAU).pose;
+        let pose = motion.state(turn * f64::from(periods) * TAU).pose;
         let mut q = pose.quaternion();
         if q.coords.dot(&last.coords) < 0.0 {
             q = UnitQuaternion::new_unchecked(-q.into_inner());

@@ -6,6 +6,7 @@ mod class;
 mod csv_numbers;
 mod derivative;
 pub(crate) mod document;
+mod drive;
 mod expression;
 pub(crate) mod file;
 mod formula;
@@ -22,6 +23,7 @@ mod table;
 
 pub use change::Change;
 pub use class::Class;
+pub use drive::Drive;
 pub use file::{MotionFile, unusable_name};
 pub use formula::Formula;
 pub use keyframes::{Keyframe, Keyframes};
@@ -62,6 +64,14 @@ impl Pose {
         self.rotation.transpose() * (p - self.translation)
     }
 
+    /// `self · other`: first `other`, then `self`.
+    pub fn mul(&self, other: &Pose) -> Pose {
+        Pose {
+            rotation: self.rotation * other.rotation,
+            translation: self.apply(other.translation),
+        }
+    }
+
     /// `self⁻¹ · other`: the pose of `other` seen from `self`.
     pub fn inverse_mul(&self, other: &Pose) -> Pose {
         let rt = self.rotation.transpose();
@@ -91,23 +101,6 @@ impl MotionState {
     /// Velocity of the body point at `p` (Σ), mm/rad.
     pub fn velocity(&self, p: Vector3<f64>) -> Vector3<f64> {
         self.v_origin + self.omega.cross(&p)
-    }
-
-    /// State of the driver at φ: rotation by φ about the line x = −L, y = 0, parallel to z.
-    pub fn driver(center_distance: f64, phi: f64) -> MotionState {
-        let axis_point = Vector3::new(-center_distance, 0.0, 0.0);
-        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), phi).into_inner();
-        let omega = Vector3::z();
-        MotionState {
-            pose: Pose {
-                rotation,
-                translation: axis_point - rotation * axis_point,
-            },
-            omega,
-            v_origin: -omega.cross(&axis_point),
-            omega_rate: Vector3::zeros(),
-            v_origin_rate: Vector3::zeros(),
-        }
     }
 }
 

@@ -162,7 +162,15 @@ impl Workshop {
             .map(|j| band.bead_axis(&self.grid, j, gear, self.margins.bead_radius, 3))
             .collect();
         (0..count).any(|j| {
-            let next = &axes[(j + 1) % count];
+            // Behind the last tooth the next copy of the first one stands.
+            let copy = match gear {
+                Gear::Driver if j + 1 == count => self.grid.drive.copy(1),
+                _ => self.grid.drive.copy(0),
+            };
+            let next: Vec<_> = axes[(j + 1) % count]
+                .iter()
+                .map(|&p| copy.apply(p))
+                .collect();
             let near = axes[j]
                 .iter()
                 .flat_map(|a| next.iter().map(move |b| (a - b).norm_squared()))
@@ -187,7 +195,8 @@ impl Workshop {
     pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
         let s = self.scale;
         let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
-        let pitch = std::f64::consts::PI * 25.0 / self.grid.teeth.len() as f64;
+        let pitch = self.grid.drive.pitch_share() * std::f64::consts::PI * 25.0
+            / self.grid.teeth.len() as f64;
         let travel = rng.random_range(0.6..1.5) * pitch * s * sign(rng);
         let z = if self.class.is_spherical() {
             // Room for as many bands above each other as one side of the ball has to take.

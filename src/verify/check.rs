@@ -251,7 +251,7 @@ impl CheckInput<'_> {
     fn mechanism(&self) -> Mechanism<'_> {
         Mechanism {
             motion: self.motion,
-            center_distance: self.design.settings.gear.center_distance_mm,
+            drive: self.design.settings.gear.drive(),
         }
     }
 

@@ -40,7 +40,7 @@ pub struct Play {
 /// Q, Q* and η from the stations and the motion; `None` when some φ has no contact.
 pub(super) fn closure(design: &Design, motion: &Motion) -> Option<Vec<ClosureSample>> {
     let gear = &design.settings.gear;
-    let count = gear.teeth * gear.samples;
+    let count = gear.tooth_pairs() * gear.samples;
     let dof = design.class.dof();
     (0..count)
         .map(|i| {

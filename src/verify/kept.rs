@@ -46,7 +46,7 @@ impl Kept {
     /// whole turn.
     pub fn by(pair: (Carrier, Carrier), mechanism: &Mechanism) -> Option<Kept> {
         use Carrier::{Driver, Follower, Slider, Support};
-        let shaft = Vector3::new(-mechanism.center_distance, 0.0, 0.0);
+        let shaft = mechanism.drive.axis_point();
         let kept = match pair {
             (Driver, Support) | (Support, Driver) => Kept::AxisAndHeight(shaft),
             (Driver, Slider) | (Slider, Driver) => Kept::Axis(shaft),
@@ -149,7 +149,7 @@ mod tests {
         let motion = Motion::new(class, &MotionSource::Uniform {}).expect("a motion");
         test(&Mechanism {
             motion: &motion,
-            center_distance: 25.0,
+            drive: Drive::new(25.0, 1),
         });
     }
 
@@ -167,7 +167,7 @@ mod tests {
             assert_eq!(kept(Carrier::Driver, Carrier::Follower), None);
         });
         // What is not kept is seen: a turn about the shaft moves points away from the origin.
-        let turned = |phi: f64| crate::motion::MotionState::driver(25.0, phi).pose;
+        let turned = |phi: f64| Drive::new(25.0, 1).state(phi).pose;
         assert!(Kept::AxisAndHeight(shaft).survives(&turned(1.0)));
         for kept in [Kept::Centre, Kept::Across, Kept::Axis(Vector3::zeros())] {
             assert!(!kept.survives(&turned(1.0)), "{kept:?}");

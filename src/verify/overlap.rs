@@ -115,6 +115,12 @@ pub(super) fn apart(
 ) -> PairProof {
     let carriers = (first.body.carrier, second.body.carrier);
     let kept = Kept::by(carriers, mechanism);
+    // The driver is seen all the way round: its teeth repeat themselves, its shaft does not.
+    let turns = match [carriers.0, carriers.1].contains(&Carrier::Driver) {
+        true => mechanism.drive.copies(),
+        false => 1,
+    };
+    let steps = turns * settings.steps;
     let walk = Walk {
         trees: (&first.tree, &second.tree),
         carriers,
@@ -124,10 +130,10 @@ pub(super) fn apart(
         floor: settings.floor.max(TOUCH),
         images: kept.map(|kept| [first, second].map(|part| kept.images(&part.tree))),
     };
-    let starts: Vec<usize> = (0..settings.steps).step_by(RUN).collect();
+    let starts: Vec<usize> = (0..steps).step_by(RUN).collect();
     let stretches: Vec<Stretch> = starts
         .par_iter()
-        .map(|&start| walk.stretch(start, (start + RUN).min(settings.steps)))
+        .map(|&start| walk.stretch(start, (start + RUN).min(steps)))
         .collect();
     let mut smallest: Option<(f64, Near)> = None;
     let (mut colliding, mut doubts) = (Vec::new(), Vec::new());
@@ -176,7 +182,7 @@ pub(super) fn apart(
         gap_mm,
         gap_at,
         colliding_steps: if nested {
-            settings.steps
+            steps
         } else {
             colliding.len()
         },

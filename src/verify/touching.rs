@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::claim::{Bound, Claim, Spot};
 use super::overlap::Part;
 use crate::design::{Design, Gear};
+use crate::solid::sweep;
 
 /// Largest deviation of a flank from its place, mm: a quarter of the usual gap between flanks. Facets
 /// of swept teeth stay far below, and so do the lofts of CAD programs.
@@ -75,6 +76,7 @@ pub(super) fn claims(
     (driver, follower): (&Part, &Part),
 ) -> (Vec<Claim>, Vec<Touching>) {
     let wanted = 0.5 * design.section.clearance;
+    let drive = design.settings.gear.drive();
     let pairs = design.sub_gear_pairs.iter().enumerate();
     let numbers: Vec<(usize, usize)> = pairs
         .flat_map(|(k, pair)| (0..pair.teeth.len()).map(move |j| (k, j)))
@@ -87,7 +89,17 @@ pub(super) fn claims(
                 phi: s.phi,
                 behind: [(Gear::Driver, driver), (Gear::Follower, follower)].map(|(gear, part)| {
                     let (p, n, _) = s.frame(gear);
-                    behind(part, p, n)
+                    // Of all copies of the tooth that which is least in its place.
+                    let copies = (0..sweep::copies(drive, gear)).map(|copy| {
+                        let pose = drive.copy(copy);
+                        behind(part, pose.apply(p), pose.rotation * n)
+                    });
+                    let off = |b: f64| match (b - wanted).abs() {
+                        off if off.is_finite() => off,
+                        _ => f64::INFINITY,
+                    };
+                    let worst = copies.max_by(|a, b| off(*a).total_cmp(&off(*b)));
+                    worst.unwrap_or(f64::NAN)
                 }),
             };
             Tooth {

@@ -38,7 +38,7 @@ pub fn band(motion: &Motion, law: Law) -> SubGearPair {
                     let (p, n) = law(phi, middle);
                     let h = 1e-5;
                     let speed = (law(phi + h, middle).0 - law(phi - h, middle).0) / (2.0 * h);
-                    let (one, two) = (MotionState::driver(L, phi), motion.state(phi));
+                    let (one, two) = (Drive::new(L, 1).state(phi), motion.state(phi));
                     let contact = Contact {
                         phi,
                         p,

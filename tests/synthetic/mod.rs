@@ -99,7 +99,7 @@ fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usiz
             let u = f64::from(i) / 24.0 - 0.5;
             let phi = middle + u * length;
             let p = Vector3::new(-0.5 * gear.center_distance_mm, 0.0, z0 + travel * u);
-            let driver = MotionState::driver(gear.center_distance_mm, phi);
+            let driver = gear.drive().state(phi);
             let follower = motion.state(phi);
             let velocity = Vector3::new(0.0, 0.0, rise);
             let across = side * Vector3::x().cross(&(velocity - follower.velocity(p)));
