@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::motion::Motion;
 use crate::search::{self, Found, Observer, Progress};
-use crate::settings::Settings;
+use crate::settings::{Auto, Settings, ToothCount};
 
 /// A change that a draft was found with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,13 +50,15 @@ pub fn find(motion: &Motion, settings: &Settings, tell: &mut Observer) -> Vec<Re
         let teeth = (gear.tooth_pairs() as f64 * f).round();
         let mut other = base.clone();
         other.gear.teeth = teeth as usize;
+        other.gear.driver_teeth = ToothCount::Auto(Auto::Auto);
+        other.gear.follower_teeth = ToothCount::Auto(Auto::Auto);
         ("gear.teeth", teeth, other)
     });
     // Where the driver has more teeth than the follower, as many first of all.
     let equal = || {
         let teeth = gear.tooth_pairs();
         let mut other = base.clone();
-        other.gear.driver_teeth = Some(teeth);
+        other.gear.driver_teeth = ToothCount::Fixed(teeth);
         ("gear.driver_teeth", teeth as f64, other)
     };
     let teeth = match gear.drive().copies() {

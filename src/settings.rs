@@ -40,6 +40,26 @@ pub enum PairCount {
     Auto(Auto),
 }
 
+/// Teeth per band of one of the gears: as many as both have, or a number of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected \"auto\" or a whole number")]
+pub enum ToothCount {
+    /// A number of its own.
+    Fixed(usize),
+    /// `"auto"`: [`Gear::teeth`].
+    Auto(Auto),
+}
+
+impl ToothCount {
+    /// The number, `both` being that of both gears.
+    pub fn or(self, both: usize) -> usize {
+        match self {
+            ToothCount::Fixed(own) => own,
+            ToothCount::Auto(_) => both,
+        }
+    }
+}
+
 /// Largest flank radius, mm.
 pub const FLATTEST: f64 = 25.0;
 
@@ -92,12 +112,10 @@ pub struct Gear {
     /// J, teeth per band on driver and follower. Default 10.
     pub teeth: usize,
     /// J₁, teeth per band on the driver: as many as the follower has, or a multiple. The driver then makes
-    /// one turn while the follower makes as many. Default [`Gear::teeth`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub driver_teeth: Option<usize>,
-    /// J₂, teeth per band on the follower. Default [`Gear::teeth`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub follower_teeth: Option<usize>,
+    /// one turn while the follower makes as many. Default "auto": [`Gear::teeth`].
+    pub driver_teeth: ToothCount,
+    /// J₂, teeth per band on the follower. Default "auto": [`Gear::teeth`].
+    pub follower_teeth: ToothCount,
     /// c, contact ratio. Default 1.44.
     pub contact_ratio: f64,
     /// Contact ratio that is tried where no gear is found at `contact_ratio`, or only one that holds
@@ -136,8 +154,8 @@ impl Default for Gear {
         Gear {
             center_distance_mm: 25.0,
             teeth: 10,
-            driver_teeth: None,
-            follower_teeth: None,
+            driver_teeth: ToothCount::Auto(Auto::Auto),
+            follower_teeth: ToothCount::Auto(Auto::Auto),
             contact_ratio: 1.44,
             least_contact_ratio: 1.1,
             sub_gear_pairs: PairCount::Auto(Auto::Auto),
@@ -158,12 +176,12 @@ impl Default for Gear {
 impl Gear {
     /// J₂, tooth pairs of a band that meet in one period of the motion: the follower's teeth.
     pub fn tooth_pairs(&self) -> usize {
-        self.follower_teeth.unwrap_or(self.teeth)
+        self.follower_teeth.or(self.teeth)
     }
 
     /// J₁, teeth of a band on the driver.
     pub fn teeth_on_driver(&self) -> usize {
-        self.driver_teeth.unwrap_or(self.teeth)
+        self.driver_teeth.or(self.teeth)
     }
 
     /// How the driver turns.

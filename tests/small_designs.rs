@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mpcgear::design::{ClosureSample, Design, Gear, Section, file};
 use mpcgear::load::{Load, Sampling, analyse};
-use mpcgear::motion::{Motion, MotionFile, MotionState, Pose};
+use mpcgear::motion::{Motion, MotionFile, Pose, Drive};
 use mpcgear::remedy;
 use mpcgear::search;
 use mpcgear::solid::kernel::Solid;
@@ -109,6 +109,13 @@ fn holds((class, motion, effort): (&str, &str, f64), pairs: usize, floor: f64) {
 #[test]
 fn revolute() {
     holds(("1R", "own_turn = \"-phi + 0.1*sin(phi)\"", 0.03), 2, 6.0);
+}
+
+#[test]
+fn twice_as_many_teeth_on_the_driver() {
+    let motion = "own_turn = \"-phi + 0.1*sin(phi)\"\n\
+                  [gear]\ncenter_distance_mm = 36\ndriver_teeth = 20\nfollower_teeth = 10";
+    holds(("1R", motion, 0.05), 2, 5.0);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Which values make sense, alone and together.
 
-use super::{FLATTEST, FlankRadius, Method, PairCount, Settings};
+use super::{FLATTEST, FlankRadius, Method, PairCount, Settings, ToothCount};
 use crate::Problem;
 use crate::motion::Class;
 
@@ -73,21 +73,21 @@ impl Settings {
         );
         c.count("gear.teeth", gear.teeth, 3, 60);
         let (driver, follower) = (gear.teeth_on_driver(), gear.tooth_pairs());
-        if let Some(teeth) = gear.driver_teeth {
+        if let ToothCount::Fixed(teeth) = gear.driver_teeth {
             c.count("gear.driver_teeth", teeth, 3, MOST_ON_DRIVER);
         }
-        if let Some(teeth) = gear.follower_teeth {
+        if let ToothCount::Fixed(teeth) = gear.follower_teeth {
             c.count("gear.follower_teeth", teeth, 3, 60);
         }
         let times = (driver / follower.max(1)).clamp(1, MOST_TIMES);
-        let (less, more) = (times * follower, (times + 1) * follower);
+        let [less, more] = [times, times + 1].map(|n| n.saturating_mul(follower));
         let works = match times < MOST_TIMES && more <= MOST_ON_DRIVER {
             true => format!("{less} or {more}"),
             false => less.to_string(),
         };
         c.holds(
             "gear.driver_teeth",
-            driver > MOST_TIMES * follower || !driver.is_multiple_of(follower.max(1)),
+            driver > MOST_TIMES.saturating_mul(follower) || !driver.is_multiple_of(follower.max(1)),
             format!(
                 "is {driver}, no multiple (up to {MOST_TIMES} times) of the {follower} teeth of the follower: a \
                  tooth would have to fit several that move differently"

@@ -172,7 +172,7 @@ fn all_problems_at_once() {
       - line 7, gear.tip_mm: is "high": invalid type: string "high", expected a number
           hint: the default is 0.9
       - line 8, gear.warp: unknown field
-          hint: known here: center_distance_mm, closure_threshold, contact_ratio, flank_radius_mm, least_contact_ratio, locus_control_points, minimum_wall_mm, norm_weight, normal_control_points, root_mm, samples, sub_gear_pairs, teeth, tip_mm, tooth_thickness_mm
+          hint: known here: center_distance_mm, closure_threshold, contact_ratio, driver_teeth, flank_radius_mm, follower_teeth, least_contact_ratio, locus_control_points, minimum_wall_mm, norm_weight, normal_control_points, root_mm, samples, sub_gear_pairs, teeth, tip_mm, tooth_thickness_mm
       - line 10, fit.clearance_mm: is NaN, allowed 0 to 2
       - line 12, search.effort: is 0, allowed 0.001 to 1000
     "#);
@@ -215,6 +215,20 @@ fn settings_out_of_range() {
         &["gear.sub_gear_pairs", "\"auto\""],
     );
     gear("teeth = 40", &["gear.teeth", "mm apart"]);
+    gear(
+        "driver_teeth = 15",
+        &["gear.driver_teeth", "is 15, no multiple", "of the 10 teeth", "10 or 20 teeth"],
+    );
+    gear(
+        "driver_teeth = 6\nfollower_teeth = 12",
+        &["gear.driver_teeth", "is 6, no multiple", "12 or 24 teeth"],
+    );
+    gear("driver_teeth = 80", &["no multiple (up to 6 times)", "hint: 60 teeth on the driver"]);
+    gear("driver_teeth = 0", &["is 0, allowed 3 to 180"]);
+    gear(
+        "driver_teeth = \"many\"",
+        &["gear.driver_teeth", "\"auto\" or a whole number"],
+    );
     refused(&uniform("[search]\neffort = 0"), &["search.effort"]);
     refused(
         &uniform("[search]\nseed = -1"),

@@ -16,7 +16,8 @@ def copies(design):
     """How many times as many teeth as the follower the driver has: so many periods of the motion make one
     turn of the driver."""
     gear = design["settings"]["gear"]
-    driver, follower = (gear.get(name) or gear["teeth"] for name in ("driver_teeth", "follower_teeth"))
+    driver, follower = (gear.get(name, "auto") for name in ("driver_teeth", "follower_teeth"))
+    driver, follower = (gear["teeth"] if own == "auto" else own for own in (driver, follower))
     return driver // follower
 
 
