@@ -141,7 +141,7 @@ pub(super) fn nearest_tooth(
 mod tests {
     use super::*;
     use crate::design::{FORMAT, Section, Station, SubGearPair, ToothPair};
-    use crate::motion::{Class, Motion, MotionSource};
+    use crate::motion::{Class, Drive, Motion, MotionSource};
 
     /// Two sub-gear pairs of two teeth, all parallel to z: pair 1 below O, pair 2 above.
     fn design() -> Design {

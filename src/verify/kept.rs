@@ -142,7 +142,7 @@ pub(super) fn apart(a: &Image, b: &Image) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{Motion, MotionSource};
+    use crate::motion::{Drive, Motion, MotionSource};
     use crate::solid::kernel;
 
     fn on(class: Class, test: impl Fn(&Mechanism)) {
