@@ -144,8 +144,7 @@ impl Passing {
             };
             around.map(tooth).collect()
         };
-        let seen = (0..PHASES).map(|i| {
-            let phi = TAU * i as f64 / PHASES as f64;
+        let seen = motion.cycle().phases(PHASES).map(|phi| {
             let driver = drive.state(phi).pose;
             let follower = motion.state(phi).pose;
             let seen = [follower.inverse_mul(&driver), driver.inverse_mul(&follower)];

@@ -207,7 +207,7 @@ fn at_size(
         None => synthesis::design(&file, motion, &first.bands, Flanks::Flat),
     };
     let carried = &file.settings.load;
-    let report = design.and_then(|d| load::analyse(&d, motion, carried, Sampling::default()));
+    let report = design.and_then(|d| load::analyse(&d, motion, carried, Sampling::of(motion)));
     let report = match report {
         Ok(report) => report,
         Err(Error::Infeasible { .. }) => return Ok(tried),

@@ -132,13 +132,13 @@ fn closure(
     grid: &Grid,
     traces: &[Vec<Trace>],
 ) -> Vec<ClosureSample> {
-    let (teeth, samples) = (settings.gear.tooth_pairs(), settings.gear.samples);
+    let (teeth, samples) = (grid.teeth.len(), settings.gear.samples);
     let (class, dof) = (motion.class(), motion.class().dof());
-    let pitch = std::f64::consts::TAU / teeth as f64;
+    let pitch = grid.cycle.length() / teeth as f64;
     (0..teeth * samples)
         .map(|i| {
             let (j, r) = (i / samples, i % samples);
-            let phi = (j as f64 + r as f64 / samples as f64) * pitch;
+            let phi = grid.cycle.start() + (j as f64 + r as f64 / samples as f64) * pitch;
             let centre = motion.joint_centre(phi);
             let measured = |length: f64| -> (f64, f64) {
                 let wrenches: Vec<Wrench> = traces

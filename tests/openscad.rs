@@ -33,18 +33,15 @@ fn folder_with((mut design, motion): (Design, Motion), teeth: usize) -> (PathBuf
     let solids = Solids::build(&design, &motion).expect("builds");
     design.recipe = solids.recipe.clone();
     let files = files(&design, &motion, &solids);
-    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("openscad-{}-{teeth}", design.name));
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+        .join(format!("openscad-{}-{teeth}", design.name));
     Folder::claim(&out)
         .and_then(|out| out.publish(&files))
         .expect("writable");
     (out, solids)
 }
 
-fn files(
-    design: &Design,
-    motion: &Motion,
-    solids: &Solids,
-) -> Vec<mpcgear::export::File> {
+fn files(design: &Design, motion: &Motion, solids: &Solids) -> Vec<mpcgear::export::File> {
     let source = Source {
         design,
         motion,

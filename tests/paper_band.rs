@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use mpcgear::contact::{BandStart, Contact, PaperBand};
-use mpcgear::motion::{Motion, MotionFile, Drive};
+use mpcgear::motion::{Drive, Motion, MotionFile};
 use mpcgear::search::paper_search;
 use mpcgear::search::slsqp::{Limits, Report, StopReason};
 use mpcgear::settings::Settings;

@@ -5,7 +5,7 @@ mod synthetic;
 
 use mpcgear::Error;
 use mpcgear::design::{Design, Gear};
-use mpcgear::motion::{Class, Motion, Drive};
+use mpcgear::motion::{Class, Drive, Motion};
 use mpcgear::solid::expression::Values;
 use mpcgear::solid::kernel::{self, Solid};
 use mpcgear::solid::{Solids, layout, pieces, primitive, section, sweep};

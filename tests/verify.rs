@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use manifold_rust::linalg::Vec3;
 use manifold_rust::manifold::Manifold;
 use mpcgear::design::ClosureSample;
-use mpcgear::motion::{Class, Motion, MotionSource, Drive};
+use mpcgear::motion::{Class, Drive, Motion, MotionSource};
 use mpcgear::solid::Mesh;
 use mpcgear::solid::assembly::{Carrier, SolidBody};
 use mpcgear::verify::{

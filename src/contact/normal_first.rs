@@ -11,7 +11,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::motion::{Drive, Motion, MotionState};
+use crate::motion::{Cycle, Drive, Motion, MotionState};
 
 /// Driver and follower at one φ.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +30,12 @@ pub struct Node {
 pub struct Grid {
     /// How the driver turns.
     pub drive: Drive,
+    /// The phases of all teeth.
+    pub cycle: Cycle,
+    /// Mean speed at which the follower turns against the driver, per phase.
+    pub turning: f64,
+    /// Distance of the mean pitch point from the follower's axis, mm.
+    pub pitch_radius: f64,
     /// Half the length of a contact interval, rad.
     pub half_interval: f64,
     /// Number of integration steps a tooth; even. Stations are steps + 1.
@@ -43,8 +49,9 @@ impl Grid {
     /// (rounded up to even).
     pub fn new(motion: &Motion, gear: &crate::settings::Gear, steps: usize) -> Grid {
         let steps = steps.next_multiple_of(2);
-        let (pairs, drive) = (gear.tooth_pairs(), gear.drive());
-        let pitch = std::f64::consts::TAU / pairs as f64;
+        let (cycle, drive) = (motion.cycle(), gear.drive());
+        let pairs = cycle.pairs(gear.tooth_pairs());
+        let pitch = cycle.length() / pairs as f64;
         let half_interval = 0.5 * gear.contact_ratio * pitch;
         let node = |phi: f64| Node {
             phi,
@@ -53,7 +60,7 @@ impl Grid {
         };
         let teeth = (0..pairs)
             .map(|j| {
-                let centre = (j as f64 + 0.5) * pitch;
+                let centre = cycle.start() + (j as f64 + 0.5) * pitch;
                 (0..=2 * steps)
                     .map(|i| node(centre + half_interval * (i as f64 / steps as f64 - 1.0)))
                     .collect()
@@ -61,6 +68,9 @@ impl Grid {
             .collect();
         Grid {
             drive,
+            cycle,
+            turning: motion.turning(),
+            pitch_radius: drive.follower_pitch_radius(motion.turning()),
             half_interval,
             steps,
             teeth,

@@ -44,7 +44,7 @@ pub(super) fn text(found: &mut Problems, place: impl FnOnce() -> String, text: &
 fn teeth(found: &mut Problems, design: &Design, first: bool) {
     let pairs = &design.sub_gear_pairs;
     found.count(|| "sub_gear_pairs".into(), pairs.len(), 12);
-    let wanted = design.settings.gear.tooth_pairs();
+    let wanted = design.tooth_pairs();
     for (k, pair) in pairs.iter().enumerate() {
         let place = || format!("sub_gear_pairs[{k}]");
         let count = pair.teeth.len();

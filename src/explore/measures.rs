@@ -1,7 +1,7 @@
 //! Figures of a design by which explorations compare: what it carries, how loose it is, how large and heavy.
 
-use std::collections::BTreeMap;
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
 use crate::design::Design;
 use crate::export::tables::Summary;
@@ -66,7 +66,7 @@ const LAYER_S: f64 = 4.0;
 const LAYER: f64 = 0.2;
 
 /// Angles at which the room is taken.
-const PHASES: u32 = 24;
+const PHASES: usize = 24;
 
 /// Figures by name.
 pub type Figures = BTreeMap<&'static str, Option<f64>>;
@@ -87,7 +87,7 @@ pub fn figures(
         ("wall_min_mm", summary.wall_min_mm),
     ]);
     let load = &design.settings.load;
-    if let Ok(report) = load::analyse(design, motion, load, Sampling::default()) {
+    if let Ok(report) = load::analyse(design, motion, load, Sampling::of(motion)) {
         figures.extend(loaded(&report));
     }
     if let Some(solids) = solids {
@@ -133,8 +133,9 @@ fn room(design: &Design, motion: &Motion, solids: &Solids) -> Figures {
         Vector3::repeat(f64::NEG_INFINITY),
     );
     for body in &solids.bodies {
-        for i in 0..PHASES {
-            let phi = drive.period() * f64::from(i) / f64::from(PHASES);
+        let phases = PHASES * drive.copies();
+        for i in 0..phases {
+            let phi = motion.cycle().part(i, PHASES);
             let (a, b) = body
                 .mesh
                 .moved(&body.carrier.pose(motion, drive, phi))

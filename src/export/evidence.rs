@@ -43,13 +43,13 @@ impl Evidence {
         };
         let few = Sampling {
             count: ERROR_ANGLES,
-            ..Sampling::default()
+            ..Sampling::of(motion)
         };
         Ok(Evidence {
             bodies: source
                 .solids
                 .map_or(Vec::new(), |s| s.bodies.iter().map(place).collect()),
-            load: where_closed(analyse(design, motion, settings, Sampling::default()))?,
+            load: where_closed(analyse(design, motion, settings, Sampling::of(motion)))?,
             sensitivity: where_closed(sensitivity(design, motion, settings, few))?,
             claims,
             files: files.iter().filter_map(|f| link(f)).collect(),
@@ -61,7 +61,7 @@ impl Evidence {
         ReportInput {
             design: source.design,
             motion: source.motion,
-            sampling: Sampling::default(),
+            sampling: Sampling::of(source.motion),
             bodies: &self.bodies,
             claims: &self.claims,
             load: self.load.as_ref(),

@@ -142,10 +142,30 @@ fn poses(design: &Design) -> Result<Value> {
     let motion = Motion::new(design.class, &design.motion)?;
     let rows = tables::poses_of_turn(&motion, design.settings.gear.drive(), POSES);
     let row = |r: &tables::PoseRow| {
-        let phi = r.phi_deg.to_radians();
-        Value::from(vec![phi, r.x, r.y, r.z, r.qx, r.qy, r.qz, r.qw])
+        Value::from(vec![
+            r.phi_deg.to_radians(),
+            r.x,
+            r.y,
+            r.z,
+            r.qx,
+            r.qy,
+            r.qz,
+            r.qw,
+        ])
     };
-    Ok(rows.iter().map(row).collect())
+    // FreeCAD counts driver angles from 0; what a range leaves out of the turn has no rows.
+    let (before, after): (Vec<&tables::PoseRow>, Vec<&tables::PoseRow>) =
+        rows.iter().partition(|r| r.phi_deg < 0.0);
+    let turned = before.into_iter().map(|r| tables::PoseRow {
+        phi_deg: r.phi_deg + 360.0,
+        ..*r
+    });
+    Ok(after
+        .into_iter()
+        .copied()
+        .chain(turned)
+        .map(|r| row(&r))
+        .collect())
 }
 
 /// Which of a tooth's `stations` carry a section of its loft: both ends, and between them the ribs'

@@ -12,6 +12,7 @@ use super::scad_teeth::number;
 use super::template::render;
 use super::{Source, tables};
 use crate::Result;
+use crate::motion::Motion;
 use crate::solid::recipe::{Body, Recipe};
 use crate::solid::sweep;
 
@@ -155,6 +156,8 @@ struct Page<'a> {
     others: Vec<Elsewhere>,
     library: &'static str,
     poses: Vec<String>,
+    /// Driver angles of a motion that goes there and back, deg.
+    swing: Option<[String; 2]>,
     /// How far the first layers are drawn in, mm.
     elephant_foot: String,
 }
@@ -214,6 +217,7 @@ impl<'a> Page<'a> {
             others: Vec::new(),
             library: library(),
             poses: Vec::new(),
+            swing: swing(source.motion),
             elephant_foot: number(source.design.settings.fit.elephant_foot_mm, 3),
         }
     }
@@ -224,6 +228,13 @@ fn library() -> &'static str {
     LIBRARY
         .split_once("\n\n")
         .map_or(LIBRARY, |(_, rest)| rest.trim_end())
+}
+
+/// Ends of the driver's range, deg, where it goes there and back.
+fn swing(motion: &Motion) -> Option<[String; 2]> {
+    let cycle = motion.cycle();
+    let ends = [cycle.start(), cycle.end()];
+    (!cycle.wraps()).then(|| ends.map(|phi| number(phi.to_degrees(), 3)))
 }
 
 #[derive(Serialize)]

@@ -1,7 +1,5 @@
 //! `summary.json` and `poses.csv`.
 
-use std::f64::consts::TAU;
-
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
@@ -103,8 +101,8 @@ impl Summary {
             name: design.name.clone(),
             class: design.class,
             k: design.sub_gear_pairs.len(),
-            j: design.settings.gear.tooth_pairs(),
-            driver_teeth: design.settings.gear.teeth_on_driver(),
+            j: design.tooth_pairs(),
+            driver_teeth: design.tooth_pairs() * design.settings.gear.drive().copies(),
             contact_ratio: design.settings.gear.contact_ratio,
             feasible: design.problems.is_empty(),
             draft: false,
@@ -147,7 +145,7 @@ pub fn summary_json(summary: &Summary) -> Result<String> {
 pub fn teeth(design: &Design) -> String {
     let gear = &design.settings.gear;
     match (gear.teeth_on_driver(), gear.tooth_pairs()) {
-        (driver, follower) if driver == follower => follower.to_string(),
+        (driver, follower) if driver == follower => design.tooth_pairs().to_string(),
         (driver, follower) => format!("{driver}:{follower}"),
     }
 }
@@ -173,7 +171,7 @@ pub struct PoseRow {
     pub qz: f64,
 }
 
-/// `steps + 1` poses over one period, both ends included.
+/// `steps + 1` poses over one period or range, both ends included.
 pub fn poses(motion: &Motion, steps: u32) -> Vec<PoseRow> {
     rows(motion, (steps, 1))
 }
@@ -189,7 +187,10 @@ fn rows(motion: &Motion, (steps, periods): (u32, u32)) -> Vec<PoseRow> {
     let steps = steps * periods;
     for i in 0..=steps {
         let turn = f64::from(i) / f64::from(steps);
-        let pose = motion.state(turn * f64::from(periods) * TAU).pose;
+        let cycle = motion.cycle();
+        let pose = motion
+            .state(cycle.start() + turn * f64::from(periods) * cycle.length())
+            .pose;
         let mut q = pose.quaternion();
         if q.coords.dot(&last.coords) < 0.0 {
             q = UnitQuaternion::new_unchecked(-q.into_inner());
@@ -197,7 +198,10 @@ fn rows(motion: &Motion, (steps, periods): (u32, u32)) -> Vec<PoseRow> {
         last = q;
         let [x, y, z] = pose.translation.map(rounded).into();
         rows.push(PoseRow {
-            phi_deg: 360.0 * turn,
+            phi_deg: match cycle.wraps() {
+                true => 360.0 * turn,
+                false => (cycle.start() + turn * cycle.length()).to_degrees(),
+            },
             x,
             y,
             z,

@@ -49,14 +49,15 @@ impl Drive {
         Vector3::new(-self.center_distance, 0.0, 0.0)
     }
 
-    /// Distance of the pitch point from the follower's axis when that turns uniformly, mm.
-    pub fn follower_pitch_radius(self) -> f64 {
-        self.center_distance / (self.copies + 1) as f64
+    /// Distance of the pitch point from the follower's axis when that turns against the driver at `turning`
+    /// per phase, mm.
+    pub fn follower_pitch_radius(self, turning: f64) -> f64 {
+        self.center_distance * self.rate() / (self.rate() + turning)
     }
 
-    /// Share of the arc between two teeth that would be between them if both gears were of one size.
-    pub fn pitch_share(self) -> f64 {
-        2.0 / (self.copies + 1) as f64
+    /// That radius in those of a follower as large as its driver.
+    pub fn follower_share(self, turning: f64) -> f64 {
+        2.0 * self.rate() / (self.rate() + turning)
     }
 
     /// State of the driver at phase `phi` (rad), derivatives per radian of it.

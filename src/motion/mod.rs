@@ -4,6 +4,7 @@ mod change;
 mod checks;
 mod class;
 mod csv_numbers;
+mod cycle;
 mod derivative;
 pub(crate) mod document;
 mod drive;
@@ -23,6 +24,7 @@ mod table;
 
 pub use change::Change;
 pub use class::Class;
+pub use cycle::Cycle;
 pub use drive::Drive;
 pub use file::{MotionFile, unusable_name};
 pub use formula::Formula;
@@ -120,10 +122,23 @@ pub enum MotionSource {
     Path(Path),
 }
 
-/// The follower's motion M²(φ), 2π-periodic up to whole turns about its own axis.
+impl MotionSource {
+    /// The phases that the motion runs through; only formulas can be told to go there and back.
+    pub fn cycle(&self) -> Cycle {
+        match self {
+            MotionSource::Formula(formula) => formula.cycle(),
+            _ => Cycle::turning(),
+        }
+    }
+}
+
+/// The follower's motion M²(φ), 2π-periodic up to whole turns about its own axis, or over a range of φ.
 #[derive(Debug, Clone)]
 pub struct Motion {
     class: Class,
+    cycle: Cycle,
+    /// Mean speed at which the follower turns against the driver, per phase.
+    turning: f64,
     shape: Shape,
     align: UnitQuaternion<f64>,
     /// Share of the departure from the uniform turn; `None` is all of it.
@@ -167,13 +182,15 @@ impl Motion {
     /// # Errors
     /// [`crate::Error::Input`] when the source is not a motion of the class (all problems found);
     /// [`crate::Error::Infeasible`] when it is, but no gear can perform it: the follower does not
-    /// make −1 turn about its mean axis per period, or leans too far.
+    /// make −1 turn about its mean axis per period (in a range: does not turn against the driver all
+    /// the way), or leans too far.
     pub fn new(class: Class, source: &MotionSource) -> Result<Motion> {
         let shape = Shape::new(class, source)?;
+        let cycle = source.cycle();
         let identity = UnitQuaternion::identity();
         let align = if class.is_spherical() {
-            let axes = (0..checks::SAMPLES).map(|i| {
-                let rotation = shape.at(checks::phase(i)).state().pose.rotation;
+            let axes = cycle.phases(checks::SAMPLES).map(|phi| {
+                let rotation = shape.at(phi).state().pose.rotation;
                 rotation.row(2).transpose() / checks::SAMPLES as f64
             });
             // What is not a number is named by the checks below.
@@ -182,9 +199,11 @@ impl Motion {
         } else {
             identity
         };
-        checks::check(class, |phi| shape.at(phi).turned(&align).state())?;
+        let turning = checks::check((class, cycle), |phi| shape.at(phi).turned(&align).state())?;
         Ok(Motion {
             class,
+            cycle,
+            turning,
             shape,
             align,
             share: None,
@@ -198,6 +217,16 @@ impl Motion {
             share: Some(share),
             ..self.clone()
         }
+    }
+
+    /// The phases that it runs through.
+    pub fn cycle(&self) -> Cycle {
+        self.cycle
+    }
+
+    /// Mean speed at which the follower turns against the driver, per phase: 1 where it is periodic.
+    pub fn turning(&self) -> f64 {
+        self.turning
     }
 
     /// Class the motion belongs to.

@@ -39,6 +39,10 @@ pub struct Scene {
     drive: Drive,
     /// Tooth pairs of a band.
     pairs: usize,
+    /// Whether the first tooth follows the last.
+    wraps: bool,
+    /// Mean speed at which the follower turns against the driver, per phase.
+    turning: f64,
     /// Phases of the turn, in an order that visits far ones first.
     phases: Vec<Phase>,
     radii: Radii,
@@ -61,18 +65,18 @@ impl Scene {
             .filter(|s| gcd(*s, count) == 1)
             .min_by_key(|s| (*s as f64 - 0.618 * count as f64).abs() as usize)
             .unwrap_or(1);
-        let teeth = settings.gear.tooth_pairs();
-        let turn = std::f64::consts::TAU;
-        // Tooth j is in mid contact in the middle of its share of the turn.
-        let middle = |j: usize| (j as f64 + 0.5) * turn / teeth as f64;
-        let away = |phi: f64, j: usize, period: f64| {
-            let away = (phi - middle(j)).rem_euclid(period);
-            away.min(period - away)
-        };
-        let half = 0.5 * settings.gear.contact_ratio * turn / teeth as f64;
+        let cycle = motion.cycle();
+        let teeth = cycle.pairs(settings.gear.tooth_pairs());
+        let turning = motion.turning();
+        // Tooth j is in mid contact in the middle of its share of the cycle.
+        let pitch = cycle.length() / teeth as f64;
+        let middle = |j: usize| cycle.start() + (j as f64 + 0.5) * pitch;
+        let away = |phi: f64, j: usize, turns: usize| cycle.away(phi, middle(j), turns);
+        let half = 0.5 * settings.gear.contact_ratio * pitch;
+        let all: Vec<f64> = cycle.phases(count).collect();
         let phases = (0..count)
             .map(|i| {
-                let phi = ((i * step) % count) as f64 * turn / count as f64;
+                let phi = all[(i * step) % count];
                 let mut driver = drive.state(phi).pose;
                 let mut follower = motion.state(phi).pose;
                 let follower_in_driver = driver.inverse_mul(&follower);
@@ -82,12 +86,14 @@ impl Scene {
                 Phase {
                     meshing: [
                         (0..teeth * drive.copies())
-                            .map(|j| drive.rate() * away(phi, j, drive.period()) < MESH_WINDOW)
+                            .map(|j| drive.rate() * away(phi, j, drive.copies()) < MESH_WINDOW)
                             .collect(),
-                        (0..teeth).map(|j| away(phi, j, turn) < MESH_WINDOW).collect(),
+                        (0..teeth)
+                            .map(|j| turning * away(phi, j, 1) < MESH_WINDOW)
+                            .collect(),
                     ],
                     apart: (0..teeth)
-                        .map(|j| (away(phi, j, turn) - half).max(0.0))
+                        .map(|j| (away(phi, j, 1) - half).max(0.0))
                         .collect(),
                     mates: (0..teeth)
                         .map(|j| j + teeth * drive.nearest(phi, middle(j)))
@@ -112,6 +118,8 @@ impl Scene {
             envelope,
             drive,
             pairs: teeth,
+            wraps: cycle.wraps(),
+            turning,
             phases,
             radii: Radii {
                 bead: r,
@@ -173,6 +181,11 @@ impl Scene {
         self.pairs
     }
 
+    /// Whether the first tooth of a band follows the last.
+    pub(super) fn wraps(&self) -> bool {
+        self.wraps
+    }
+
     /// How often each tooth of a band stands on `gear`.
     pub(super) fn copies(&self, gear: Gear) -> usize {
         sweep::copies(self.drive, gear)
@@ -206,8 +219,8 @@ impl Scene {
     /// Radius on which fins are unrolled, mm.
     pub(super) fn fin_radius(&self, gear: Gear) -> f64 {
         let share = match gear {
-            Gear::Driver => 2.0 - self.drive.pitch_share(),
-            Gear::Follower => self.drive.pitch_share(),
+            Gear::Driver => 2.0 - self.drive.follower_share(self.turning),
+            Gear::Follower => self.drive.follower_share(self.turning),
         };
         FIN_RADIUS * share * self.center_distance()
     }

@@ -64,12 +64,13 @@ pub(super) fn worst_tooth(workshop: &Workshop, settings: &Settings) -> String {
     let Some(j) = worst.filter(|&j| failures[j] >= MANY) else {
         return String::new();
     };
-    let pitch = 360.0 / failures.len() as f64;
+    let cycle = workshop.grid.cycle;
+    let edge = |j: usize| cycle.part(j, failures.len()).to_degrees();
     format!(
         "tooth {} (φ = {:.0}° to {:.0}°) fails by itself in {} of {TRIED} bands, whatever their height; ",
         j + 1,
-        j as f64 * pitch,
-        (j + 1) as f64 * pitch,
+        edge(j),
+        edge(j + 1),
         failures[j]
     )
 }
@@ -147,7 +148,7 @@ fn unequal(settings: &Settings) -> String {
         return String::new();
     }
     // Where teeth stand as far apart as those of equal gears.
-    let distance = drive.center_distance() / drive.pitch_share();
+    let distance = drive.center_distance() / drive.follower_share(1.0);
     format!(
         "a larger gear.center_distance_mm (at {distance:.1} teeth stand as far apart as with equal numbers), or \
          gear.driver_teeth = {}; ",

@@ -266,7 +266,9 @@ impl Scene {
             for phase in self.phases().iter().filter(near) {
                 let poses = self.mate_poses(phase, j);
                 let room = self.room(phase.apart[j]);
-                for mates::Meeting { slack, at, way } in pair.meetings(poses.each_ref(), window + room) {
+                for mates::Meeting { slack, at, way } in
+                    pair.meetings(poses.each_ref(), window + room)
+                {
                     let back = poses[0].rotation.transpose();
                     places.push(Place {
                         slack: slack - room,
@@ -410,7 +412,7 @@ impl Scene {
     fn neighbours(&self, b: usize, band: &[Tooth], spacing: f64, window: f64) -> Vec<Place> {
         let mut places = Vec::new();
         for gear in 0..2 {
-            for j in 0..band.len() {
+            for j in 0..band.len() - usize::from(!self.wraps()) {
                 let next = (j + 1) % band.len();
                 let [a, o] = [j, next].map(|t| &band[t].beads[gear][0]);
                 // Behind the last tooth the next copy of the first one stands.

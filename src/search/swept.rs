@@ -27,11 +27,7 @@ pub(super) struct Fins {
 impl Fins {
     /// Unrolls the bead axes of the teeth on a cylinder, points relative to the gear's axis, around which
     /// they stand `copies` times.
-    pub fn new(
-        beads: impl Iterator<Item = Vec<Vector3<f64>>>,
-        radius: f64,
-        copies: usize,
-    ) -> Fins {
+    pub fn new(beads: impl Iterator<Item = Vec<Vector3<f64>>>, radius: f64, copies: usize) -> Fins {
         let unrolled = |p: &Vector3<f64>| [radius * p.y.atan2(p.x), p.z];
         let teeth: Vec<Vec<[f64; 2]>> = beads
             .map(|bead| bead.iter().map(unrolled).collect())

@@ -2,7 +2,7 @@
 
 use super::{FLATTEST, FlankRadius, Method, PairCount, Settings, ToothCount};
 use crate::Problem;
-use crate::motion::Class;
+use crate::motion::{Class, Cycle};
 
 /// Teeth of all bands of a gear.
 const MOST_TEETH: usize = 480;
@@ -52,6 +52,25 @@ impl Settings {
         self.check_teeth(&mut checker, class);
         self.check_room(&mut checker, class);
         checker.problems.extend(self.load.problems());
+        checker.problems
+    }
+
+    /// What does not go with a driver that runs through `cycle`.
+    pub fn cycle_problems(&self, cycle: Cycle) -> Vec<Problem> {
+        let mut checker = Checker::default();
+        let gear = &self.gear;
+        checker.holds(
+            "gear.driver_teeth",
+            !cycle.wraps() && gear.teeth_on_driver() != gear.tooth_pairs(),
+            "is given for a reciprocating driver, whose follower may turn at any rate".into(),
+            "leave it out; own_turn says how fast the follower turns",
+        );
+        checker.holds(
+            "search.method",
+            !cycle.wraps() && self.search.method == Method::Paper,
+            "\"paper\" knows no reciprocating driver".into(),
+            "search.method = \"exact\"",
+        );
         checker.problems
     }
 
@@ -245,7 +264,7 @@ impl Settings {
             ),
             "the root would reach beyond the axis",
         );
-        let around = gear.drive().follower_pitch_radius() * std::f64::consts::TAU;
+        let around = gear.drive().follower_pitch_radius(1.0) * std::f64::consts::TAU;
         let pitch = around / gear.tooth_pairs().max(1) as f64;
         let needed = 2.0 * (thickness + fit.clearance_mm);
         c.holds(

@@ -11,7 +11,7 @@ use crate::motion::{Class, Drive, Motion, Pose};
 use crate::settings::Settings;
 
 /// Phases at which moving parts are sampled.
-const PHASES: u32 = 360;
+const PHASES: usize = 360;
 /// Axial distance between the outermost tooth and the end of its drum, mm.
 const DRUM_MARGIN: f64 = 0.5;
 /// Free height between the base plate and whatever moves above it, mm.
@@ -107,9 +107,10 @@ struct Sampler<'a> {
 impl<'a> Sampler<'a> {
     fn new(design: &'a Design, motion: &Motion) -> Sampler<'a> {
         let drive = design.settings.gear.drive();
-        let states = (0..PHASES)
-            .map(|i| {
-                let phi = f64::from(i) * std::f64::consts::TAU / f64::from(PHASES);
+        let states = motion
+            .cycle()
+            .phases(PHASES)
+            .map(|phi| {
                 (
                     drive.state(phi).pose,
                     motion.state(phi).pose,
@@ -278,7 +279,12 @@ impl Measures {
         let driver_free = cloud
             .iter()
             .map(|&p| sampler.axis_distance(p) - gap)
-            .fold(DRIVER_HUB_CAP * (2.0 - sampler.drive.pitch_share()) * sampler.drive.center_distance(), f64::min)
+            .fold(
+                DRIVER_HUB_CAP
+                    * (2.0 - sampler.drive.follower_share(motion.turning()))
+                    * sampler.drive.center_distance(),
+                f64::min,
+            )
             .min(sampler.drive.center_distance() - ring - gap);
         let driver_hub = (
             envelope.driver_hub_radius,

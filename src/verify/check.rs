@@ -201,7 +201,8 @@ pub fn examine(
             play = hold::plays(&held, &known(Some(&closure)), (&input.effort, clearance));
             claims.push(hold::play_claim(&play));
             step("flanks", 0.7)?;
-            let (contacts, spans) = touching::claims(design, (driver, follower));
+            let (contacts, spans) =
+                touching::claims(design, input.motion.cycle(), (driver, follower));
             claims.extend(contacts);
             touching = spans;
             step("joints", 0.8)?;

@@ -2,8 +2,6 @@
 //! keep every point's distance from it and its height: where their images in these coordinates are
 //! apart, the bodies are apart at every φ, however close and concentric their surfaces are.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 
 use super::mechanism::Mechanism;
@@ -65,7 +63,7 @@ impl Kept {
                 .pose(pair.0, phi)
                 .inverse_mul(&mechanism.pose(pair.1, phi))
         };
-        let mut phases = (0..PHASES).map(|i| TAU * i as f64 / PHASES as f64);
+        let mut phases = mechanism.motion.cycle().phases(PHASES);
         phases.all(|phi| kept.survives(&seen(phi))).then_some(kept)
     }
 

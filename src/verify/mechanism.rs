@@ -88,9 +88,10 @@ impl Mechanism<'_> {
     /// between the steps.
     pub(super) fn remainder(&self, pair: (Carrier, Carrier)) -> (f64, f64) {
         let steps = 1440 * self.drive.copies();
-        let step = self.drive.period() / steps as f64;
+        let cycle = self.motion.cycle();
+        let step = cycle.length() * self.drive.copies() as f64 / steps as f64;
         let fields = |i: usize| {
-            let phi = i as f64 * step;
+            let phi = cycle.start() + i as f64 * step;
             self.fields(pair, phi, &self.pose(pair.0, phi))
         };
         let mut before = fields(0).1;

@@ -1,8 +1,6 @@
 //! No two bodies meet: smallest gap, with a bound for every φ of the turn, and the shared volume
 //! where they do meet.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -126,7 +124,8 @@ pub(super) fn apart(
         carriers,
         mechanism,
         remainder: mechanism.remainder(carriers),
-        step: TAU / settings.steps as f64,
+        start: mechanism.motion.cycle().start(),
+        step: mechanism.motion.cycle().length() / settings.steps as f64,
         floor: settings.floor.max(TOUCH),
         images: kept.map(|kept| [first, second].map(|part| kept.images(&part.tree))),
     };
@@ -181,11 +180,7 @@ pub(super) fn apart(
         bodies: [first.body.name.clone(), second.body.name.clone()],
         gap_mm,
         gap_at,
-        colliding_steps: if nested {
-            steps
-        } else {
-            colliding.len()
-        },
+        colliding_steps: if nested { steps } else { colliding.len() },
         overlap_mm3: overlap.0,
         overlap_at: overlap.1,
         doubts,
@@ -198,6 +193,7 @@ struct Walk<'a> {
     carriers: (Carrier, Carrier),
     mechanism: &'a Mechanism<'a>,
     remainder: (f64, f64),
+    start: f64,
     step: f64,
     floor: f64,
     /// Of both bodies, on what their motion keeps.
@@ -226,7 +222,7 @@ impl Walk<'_> {
         while at < to {
             stride = stride.min(to - at);
             let half = 0.5 * stride as f64 * self.step;
-            let phi = at as f64 * self.step + half;
+            let phi = self.start + at as f64 * self.step + half;
             let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
             let placed = self.placed(pose);
             let Some(near) = placed.nearest(f64::INFINITY, SLACK, hint) else {

@@ -179,6 +179,41 @@ fn all_problems_at_once() {
 }
 
 #[test]
+fn ranges_of_a_reciprocating_driver() {
+    let formula = |lines: &str, parts: &[&str]| {
+        let text = format!("class = \"1R\"\n[motion]\nkind = \"formula\"\n{lines}");
+        refused(&text, parts);
+    };
+    let there = "drive = \"reciprocating\"\n";
+    formula(
+        there,
+        &["motion.range_deg", "is missing", "range_deg = [-60, 60]"],
+    );
+    formula("range_deg = [-60, 60]", &["drive is not \"reciprocating\""]);
+    formula(
+        &format!("{there}range_deg = [-5, 5]"),
+        &["allowed are 20 to 330"],
+    );
+    formula(
+        &format!("{there}range_deg = [20, 80]"),
+        &["0 must be in it"],
+    );
+    formula(
+        &format!("{there}range_deg = [nan, 80]"),
+        &["motion.range_deg"],
+    );
+    formula("drive = \"rocking\"", &["rocking", "reciprocating"]);
+    formula(
+        &format!("{there}range_deg = [-60, 60]\n[gear]\ndriver_teeth = 20"),
+        &["gear.driver_teeth", "own_turn says how fast"],
+    );
+    formula(
+        &format!("{there}range_deg = [-60, 60]\n[search]\nmethod = \"paper\""),
+        &["search.method", "no reciprocating driver"],
+    );
+}
+
+#[test]
 fn settings_out_of_range() {
     let gear = |line: &str, parts: &[&str]| refused(&uniform(&format!("[gear]\n{line}")), parts);
     gear("teeth = 2", &["gear.teeth", "is 2", "allowed 3 to 60"]);
@@ -217,13 +252,24 @@ fn settings_out_of_range() {
     gear("teeth = 40", &["gear.teeth", "mm apart"]);
     gear(
         "driver_teeth = 15",
-        &["gear.driver_teeth", "is 15, no multiple", "of the 10 teeth", "10 or 20 teeth"],
+        &[
+            "gear.driver_teeth",
+            "is 15, no multiple",
+            "of the 10 teeth",
+            "10 or 20 teeth",
+        ],
     );
     gear(
         "driver_teeth = 6\nfollower_teeth = 12",
         &["gear.driver_teeth", "is 6, no multiple", "12 or 24 teeth"],
     );
-    gear("driver_teeth = 80", &["no multiple (up to 6 times)", "hint: 60 teeth on the driver"]);
+    gear(
+        "driver_teeth = 80",
+        &[
+            "no multiple (up to 6 times)",
+            "hint: 60 teeth on the driver",
+        ],
+    );
     gear("driver_teeth = 0", &["is 0, allowed 3 to 180"]);
     gear(
         "driver_teeth = \"many\"",

@@ -8,7 +8,7 @@ use mpcgear::design::{
     ClosureSample, Contact, Design, FORMAT, Section, Station, SubGearPair, ToothPair,
 };
 use mpcgear::load::contacts::Configuration;
-use mpcgear::motion::{Class, Motion, MotionSource, Drive};
+use mpcgear::motion::{Class, Drive, Motion, MotionSource};
 use mpcgear::settings::Settings;
 use nalgebra::Vector3;
 

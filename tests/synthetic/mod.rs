@@ -115,7 +115,11 @@ fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usiz
         .map(|i| {
             let u = f64::from(i) / 24.0 - 0.5;
             let phi = middle + u * length;
-            let p = Vector3::new(-gear.drive().follower_pitch_radius(), 0.0, z0 + travel * u);
+            let p = Vector3::new(
+                -gear.drive().follower_pitch_radius(1.0),
+                0.0,
+                z0 + travel * u,
+            );
             let driver = gear.drive().state(phi);
             let follower = motion.state(phi);
             let velocity = Vector3::new(0.0, 0.0, rise);
