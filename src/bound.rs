@@ -2,11 +2,11 @@
 //! and how far from the joint's centre contacts reach.
 //!
 //! Conjugation asks for n·v_rel = 0 at the contact. With the follower's joint centre C as reference, its
-//! velocity ċ along z, driver speed 1 and the moment m = (p − C)×n this reads
+//! velocity ċ along z, driver speed ω₁ and the moment m = (p − C)×n this reads
 //!
-//!   ω_rel·m = L n_y − ċ n_z,
+//!   ω_rel·m = ω₁ L n_y − ċ n_z,
 //!
-//! so the moment about ω_rel is fixed by the normal alone: at most L/|ω_rel| where nothing slides. The
+//! so the moment about ω_rel is fixed by the normal alone: at most ω₁ L/|ω_rel| where nothing slides. The
 //! other moments are bounded by |m| ≤ |p − C| ≤ P. That is the set A(φ) of admissible wrenches.
 //!
 //! **Any K.** For every unit d, Q ≤ max_k d·n̄_k ≤ max over A of d·n̄.
@@ -21,7 +21,7 @@
 //! a bound; the least of a grid of diagonal ones (along ω_rel, across it, along the slide) is taken.
 
 use crate::design::Design;
-use crate::motion::{Class, Motion, MotionState};
+use crate::motion::{Class, Motion};
 
 /// Upper bounds of min Q and min Q*.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,9 +37,9 @@ pub struct QBound {
 /// The admissible wrenches at one φ.
 #[derive(Debug, Clone, Copy)]
 struct Admissible {
-    /// Largest moment about ω_rel per unit of n_y: L/|ω_rel|, in the unit of moments.
+    /// Largest moment about ω_rel per unit of n_y: ω₁ L/|ω_rel|, in the unit of moments.
     turn: f64,
-    /// Share of the slide in it: ċ/L.
+    /// Share of the slide in it: ċ/(ω₁ L).
     slide: f64,
     /// Largest moment in all: P, in the unit of moments.
     reach: f64,
@@ -117,6 +117,7 @@ pub fn of(design: &Design, motion: &Motion) -> Option<QBound> {
         .map(|s| (nalgebra::Vector3::from(s.p) - motion.joint_centre(s.phi)).norm())
         .reduce(f64::max)?;
     let distance = design.settings.gear.center_distance_mm;
+    let drive = design.settings.gear.drive();
     let class = motion.class();
     let mut bound = QBound {
         q: f64::INFINITY,
@@ -130,12 +131,14 @@ pub fn of(design: &Design, motion: &Motion) -> Option<QBound> {
         .step_by(design.closure.len().div_ceil(PHASES).max(1))
     {
         let follower = motion.state(sample.phi);
-        let driver = MotionState::driver(distance, sample.phi);
+        let driver = drive.state(sample.phi);
+        // Speed of the driver's points at O, mm/rad.
+        let speed = distance * drive.rate();
         let centre = motion.joint_centre(sample.phi);
         let turning = (follower.omega - driver.omega).norm();
         let at = |unit: f64| Admissible {
-            turn: distance / turning / unit,
-            slide: follower.velocity(centre).z / distance,
+            turn: speed / turning / unit,
+            slide: follower.velocity(centre).z / speed,
             reach: reach / unit,
         };
         bound.q = bound.q.min(at(1.0).bound(class, contacts));

@@ -54,6 +54,12 @@ impl Design {
         }
     }
 
+    /// Tooth pairs of a band.
+    pub fn tooth_pairs(&self) -> usize {
+        let teeth = self.settings.gear.tooth_pairs();
+        self.motion.cycle().pairs(teeth)
+    }
+
     /// The stations of every tooth.
     fn stations_mut(&mut self) -> impl Iterator<Item = &mut [Station]> {
         let teeth = self.sub_gear_pairs.iter_mut().flat_map(|p| &mut p.teeth);

@@ -22,8 +22,7 @@ impl Reach {
             tilt: 0.0,
             lift: (0.0, 0.0),
         };
-        for i in 0..720 {
-            let phi = f64::from(i) * std::f64::consts::TAU / 720.0;
+        for phi in motion.cycle().phases(720) {
             let axis_z = motion.state(phi).pose.rotation[(2, 2)];
             reach.tilt = reach.tilt.max(axis_z.clamp(-1.0, 1.0).acos());
             let z = motion.joint_centre(phi).z;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::contact::Contact;
 use crate::design::{Gear, Section, ToothPair};
-use crate::motion::{Motion, MotionState, Pose};
+use crate::motion::{Drive, Motion, Pose};
 use crate::settings::{FLATTEST, Settings};
 use crate::solid::section::{self, FLANK};
 use crate::solid::sweep::{self, Frame};
@@ -68,7 +68,7 @@ impl Band<'_> {
         let bead = section.bead_radius();
         let most = (section.root.min(section.tip) / FLANK).min(FLATTEST);
         let curved = largest((bead, most), curved);
-        let passing = Passing::new(self.teeth, settings.gear.center_distance_mm, motion);
+        let passing = Passing::new(self.teeth, settings.gear.drive(), motion);
         // A rounder flank lies inside a flatter one: what passes with that passes with all.
         let tight = passing.tight(&flat(curved));
         let clear = |radius: f64| {
@@ -99,6 +99,8 @@ fn largest((mut low, mut high): (f64, f64), does: impl Fn(f64) -> bool) -> f64 {
 struct Passing {
     /// Of the driver and of the follower.
     teeth: [Vec<Tooth>; 2],
+    /// Phase by which the driver has made one turn, rad.
+    period: f64,
     /// At every phase the driver seen from the follower, and the other way round.
     seen: Vec<(f64, [Pose; 2])>,
 }
@@ -108,17 +110,20 @@ struct Tooth {
     frames: Vec<Frame>,
     centre: Vector3<f64>,
     radius: f64,
-    /// Driver angles at which the contact begins and ends.
+    /// Its tooth pair.
+    pair: usize,
+    /// Phases at which its contact begins and ends.
     contact: [f64; 2],
 }
 
 impl Tooth {
-    fn new(frames: Vec<Frame>, contact: [f64; 2]) -> Tooth {
+    fn new(frames: Vec<Frame>, (pair, contact): (usize, [f64; 2])) -> Tooth {
         let centre = frames.iter().map(|f| f.p).sum::<Vector3<f64>>() / frames.len() as f64;
         let away = frames.iter().map(|f| (f.p - centre).norm());
         Tooth {
             radius: away.fold(0.0, f64::max),
             centre,
+            pair,
             contact,
             frames,
         }
@@ -126,21 +131,27 @@ impl Tooth {
 }
 
 impl Passing {
-    fn new(teeth: &[ToothPair], distance: f64, motion: &Motion) -> Passing {
+    fn new(teeth: &[ToothPair], drive: Drive, motion: &Motion) -> Passing {
         let of = |gear: Gear| {
-            let axis = sweep::axis_point(gear, distance);
-            let tooth =
-                |t: &ToothPair| Tooth::new(sweep::frames(t, gear, axis), [t.phi_start, t.phi_end]);
-            teeth.iter().map(tooth).collect()
+            let around = sweep::around(teeth, gear, (drive, sweep::MAX_STATIONS));
+            let tooth = |(number, frames): (usize, Vec<Frame>)| {
+                let pair = number % teeth.len();
+                let later = TAU * (number / teeth.len()) as f64;
+                let ToothPair {
+                    phi_start, phi_end, ..
+                } = teeth[pair];
+                Tooth::new(frames, (pair, [phi_start + later, phi_end + later]))
+            };
+            around.map(tooth).collect()
         };
-        let seen = (0..PHASES).map(|i| {
-            let phi = TAU * i as f64 / PHASES as f64;
-            let driver = MotionState::driver(distance, phi).pose;
+        let seen = motion.cycle().phases(PHASES).map(|phi| {
+            let driver = drive.state(phi).pose;
             let follower = motion.state(phi).pose;
             let seen = [follower.inverse_mul(&driver), driver.inverse_mul(&follower)];
             (phi, seen)
         });
         Passing {
+            period: drive.period(),
             teeth: [Gear::Driver, Gear::Follower].map(of),
             seen: seen.collect(),
         }
@@ -170,10 +181,11 @@ impl Passing {
     fn is_clear(&self, &(gear, mine, other, phase): &Meeting, outline: &Outline) -> bool {
         let (mine, other) = (&self.teeth[gear][mine], &self.teeth[1 - gear][other]);
         let (phi, seen) = &self.seen[phase];
-        let [start, end] = mine.contact;
-        let mates = mine.contact == other.contact;
+        let driver = if gear == 0 { mine } else { other };
+        let [start, end] = driver.contact;
+        let mates = mine.pair == other.pair;
         let shape = if mates { &outline.side } else { &outline.whole };
-        let wanted = match mates && (phi - start).rem_euclid(TAU) < end - start {
+        let wanted = match mates && (phi - start).rem_euclid(self.period) < end - start {
             true => outline.clearance - SLACK,
             false => PASSING * outline.clearance,
         };

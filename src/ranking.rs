@@ -70,7 +70,7 @@ pub(crate) fn by_payload(
 fn payload(design: &Design, motion: &Motion) -> f64 {
     let sampling = Sampling {
         count: ANGLES,
-        ..Sampling::default()
+        ..Sampling::of(motion)
     };
     let report = load::analyse_rigid(design, motion, &design.settings.load, sampling);
     report.map_or(0.0, |report| report.payload_max)

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::motion::Motion;
 use crate::search::{self, Found, Observer, Progress};
-use crate::settings::Settings;
+use crate::settings::{Auto, Settings, ToothCount};
 
 /// A change that a draft was found with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,7 @@ impl std::fmt::Display for Remedy {
         let (value, q_star) = (self.value, self.q_star);
         match self.change.as_str() {
             "gear.teeth" => write!(f, "feasible at J = {value}")?,
+            "gear.driver_teeth" => write!(f, "feasible with {value} teeth on both gears")?,
             "gear.center_distance_mm" => write!(f, "feasible at L = {value:.0} mm")?,
             "gear.tooth_thickness_mm" => write!(f, "feasible with teeth of {value} mm")?,
             _ => write!(f, "feasible at {:.0} % of the amplitude", 100.0 * value)?,
@@ -45,12 +46,25 @@ pub fn find(motion: &Motion, settings: &Settings, tell: &mut Observer) -> Vec<Re
     let mut remedies = Vec::new();
     let class = motion.class();
     let gear = &settings.gear;
-    let teeth = [0.8, 0.7, 0.6, 1.2].map(|f| {
-        let teeth = (gear.teeth as f64 * f).round();
+    let numbers = [0.8, 0.7, 0.6, 1.2].map(|f| {
+        let teeth = (gear.tooth_pairs() as f64 * f).round();
         let mut other = base.clone();
         other.gear.teeth = teeth as usize;
+        other.gear.driver_teeth = ToothCount::Auto(Auto::Auto);
+        other.gear.follower_teeth = ToothCount::Auto(Auto::Auto);
         ("gear.teeth", teeth, other)
     });
+    // Where the driver has more teeth than the follower, as many first of all.
+    let equal = || {
+        let teeth = gear.tooth_pairs();
+        let mut other = base.clone();
+        other.gear.driver_teeth = ToothCount::Fixed(teeth);
+        ("gear.driver_teeth", teeth as f64, other)
+    };
+    let teeth = match gear.drive().copies() {
+        1 => numbers.to_vec(),
+        _ => vec![equal()],
+    };
     let sizes = [1.2, 1.4, 1.6, 2.0].map(|f| {
         let distance = (gear.center_distance_mm * f).round();
         let mut other = base.clone();

@@ -6,6 +6,8 @@ mod profile;
 
 use serde::{Deserialize, Serialize};
 
+use crate::motion::Drive;
+
 pub use profile::{Allowances, Profile};
 
 /// All settings of a design.
@@ -36,6 +38,26 @@ pub enum PairCount {
     Fixed(usize),
     /// `"auto"`: from N+1 upwards until the hold is good ([`Search::least_hold`]).
     Auto(Auto),
+}
+
+/// Teeth per band of one of the gears: as many as both have, or a number of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected \"auto\" or a whole number")]
+pub enum ToothCount {
+    /// A number of its own.
+    Fixed(usize),
+    /// `"auto"`: [`Gear::teeth`].
+    Auto(Auto),
+}
+
+impl ToothCount {
+    /// The number, `both` being that of both gears.
+    pub fn or(self, both: usize) -> usize {
+        match self {
+            ToothCount::Fixed(own) => own,
+            ToothCount::Auto(_) => both,
+        }
+    }
 }
 
 /// Largest flank radius, mm.
@@ -89,6 +111,11 @@ pub struct Gear {
     pub center_distance_mm: f64,
     /// J, teeth per band on driver and follower. Default 10.
     pub teeth: usize,
+    /// J₁, teeth per band on the driver: as many as the follower has, or a multiple. The driver then makes
+    /// one turn while the follower makes as many. Default "auto": [`Gear::teeth`].
+    pub driver_teeth: ToothCount,
+    /// J₂, teeth per band on the follower. Default "auto": [`Gear::teeth`].
+    pub follower_teeth: ToothCount,
     /// c, contact ratio. Default 1.44.
     pub contact_ratio: f64,
     /// Contact ratio that is tried where no gear is found at `contact_ratio`, or only one that holds
@@ -127,6 +154,8 @@ impl Default for Gear {
         Gear {
             center_distance_mm: 25.0,
             teeth: 10,
+            driver_teeth: ToothCount::Auto(Auto::Auto),
+            follower_teeth: ToothCount::Auto(Auto::Auto),
             contact_ratio: 1.44,
             least_contact_ratio: 1.1,
             sub_gear_pairs: PairCount::Auto(Auto::Auto),
@@ -145,6 +174,22 @@ impl Default for Gear {
 }
 
 impl Gear {
+    /// J₂, tooth pairs of a band that meet in one period of the motion: the follower's teeth.
+    pub fn tooth_pairs(&self) -> usize {
+        self.follower_teeth.or(self.teeth)
+    }
+
+    /// J₁, teeth of a band on the driver.
+    pub fn teeth_on_driver(&self) -> usize {
+        self.driver_teeth.or(self.teeth)
+    }
+
+    /// How the driver turns.
+    pub fn drive(&self) -> Drive {
+        let copies = self.teeth_on_driver() / self.tooth_pairs().max(1);
+        Drive::new(self.center_distance_mm, copies)
+    }
+
     /// Radius of the round bead that fits into the section, mm: half the thickness, or the flanks' radius
     /// where that is smaller. The search takes the teeth for such beads.
     pub fn bead_radius(&self) -> f64 {

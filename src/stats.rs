@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use crate::design::{Design, Stored};
 use crate::export::figures::{ClosureFigures, rounded};
-use crate::export::stl;
+use crate::export::{stl, tables};
 use crate::solid::Mesh;
 pub use crate::table::{Format, Table};
 use crate::{Error, Problem, Result};
@@ -114,7 +114,7 @@ pub fn table(entries: &[Entry]) -> Table {
             d.name.clone(),
             d.class.to_string(),
             d.sub_gear_pairs.len().to_string(),
-            d.settings.gear.teeth.to_string(),
+            tables::teeth(d),
             figure(|c| c.q_min, 3),
             figure(|c| c.q_mean, 3),
             figure(|c| c.q_star_min, 3),

@@ -96,7 +96,7 @@ impl BandLaw {
         // Without a ride nothing is asked of the motion, so that round-off does not come in.
         let rise = |i: usize| match s.ride == 0.0 {
             true => 0.0,
-            false => s.ride * nodes[i].rise(s.z, grid.center_distance),
+            false => s.ride * nodes[i].rise(s.z, grid.pitch_radius),
         };
         let z = s.z + z + rise(last / 2);
         let travel = s.travel + rise(last) - rise(0);
@@ -123,7 +123,7 @@ impl BandLaw {
         };
         if s.stay != 0.0 {
             let mut wandering = middle_node.pitch_point(z);
-            wandering -= Vector3::new(-0.5 * grid.center_distance, 0.0, z);
+            wandering -= Vector3::new(-grid.pitch_radius, 0.0, z);
             law.offset -= s.stay * law.normal(middle).0.dot(&wandering);
         }
         law

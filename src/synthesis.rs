@@ -132,13 +132,13 @@ fn closure(
     grid: &Grid,
     traces: &[Vec<Trace>],
 ) -> Vec<ClosureSample> {
-    let (teeth, samples) = (settings.gear.teeth, settings.gear.samples);
+    let (teeth, samples) = (grid.teeth.len(), settings.gear.samples);
     let (class, dof) = (motion.class(), motion.class().dof());
-    let pitch = std::f64::consts::TAU / teeth as f64;
+    let pitch = grid.cycle.length() / teeth as f64;
     (0..teeth * samples)
         .map(|i| {
             let (j, r) = (i / samples, i % samples);
-            let phi = (j as f64 + r as f64 / samples as f64) * pitch;
+            let phi = grid.cycle.start() + (j as f64 + r as f64 / samples as f64) * pitch;
             let centre = motion.joint_centre(phi);
             let measured = |length: f64| -> (f64, f64) {
                 let wrenches: Vec<Wrench> = traces
@@ -156,7 +156,7 @@ fn closure(
                 (measure(&wrenches, dof), mean)
             };
             let (q, _) = measured(1.0);
-            let (q_star, mean) = measured(0.5 * grid.center_distance);
+            let (q_star, mean) = measured(0.5 * grid.drive.center_distance());
             ClosureSample {
                 phi,
                 q,
@@ -180,7 +180,7 @@ fn at(trace: &[Contact], grid: &Grid, phi: f64) -> (Vector3<f64>, Vector3<f64>) 
 /// themselves by central differences of sixth order, so that the figure does not rest on the
 /// derivatives the construction used. NaN counts as infinite.
 pub fn conjugation_residual(design: &Design, motion: &Motion) -> f64 {
-    let l = design.settings.gear.center_distance_mm;
+    let drive = design.settings.gear.drive();
     let mut worst = 0.0_f64;
     let mut note = |x: f64| {
         worst = if x.is_finite() {
@@ -194,7 +194,7 @@ pub fn conjugation_residual(design: &Design, motion: &Motion) -> f64 {
         for i in 0..s.len() {
             let (p, n) = (Vector3::from(s[i].p), Vector3::from(s[i].n));
             let follower = motion.state(s[i].phi);
-            let driver = crate::motion::MotionState::driver(l, s[i].phi);
+            let driver = drive.state(s[i].phi);
             note(n.dot(&(follower.velocity(p) - driver.velocity(p))));
             if i >= 3 && i + 3 < s.len() {
                 let at = |k: usize| Vector3::from(s[k].p);

@@ -4,7 +4,7 @@
   const scene = JSON.parse(document.getElementById("scene").textContent);
   const $ = (id) => document.getElementById(id);
   const first = scene.phi_deg[0], last = scene.phi_deg[scene.phi_deg.length - 1];
-  const state = { phi: first, playing: false, speed: 1, dirty: true };
+  const state = { phi: first, turns: 0, playing: false, speed: 1, dirty: true };
   const SECONDS_PER_TURN = 8;
 
   // Pose of the follower between the rows of the table.
@@ -27,7 +27,7 @@
   function motionOf(moves, phi) {
     const m = new THREE.Matrix4();
     if (moves === "driver") {
-      const L = scene.center_distance, turn = THREE.MathUtils.degToRad(phi - first);
+      const L = scene.center_distance, turn = THREE.MathUtils.degToRad((phi - first + 360 * state.turns) * scene.driver_rate);
       m.makeTranslation(-L, 0, 0).multiply(new THREE.Matrix4().makeRotationZ(turn)).multiply(new THREE.Matrix4().makeTranslation(L, 0, 0));
     } else if (moves === "follower") {
       m.copy(followerPose(phi)).multiply(follower0);
@@ -67,7 +67,7 @@
     before = time;
     if (state.playing) {
       let phi = state.phi + direction * dt * state.speed * 360 / SECONDS_PER_TURN;
-      if (scene.whole_turn) phi = phi > last ? phi - (last - first) : phi;
+      if (scene.whole_turn) { if (phi > last) { phi -= last - first; state.turns += 1; } }
       else if (phi > last || phi < first) { direction = -direction; phi = Math.min(Math.max(phi, first), last); }
       setPhi(phi);
     }

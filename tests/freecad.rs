@@ -8,7 +8,7 @@ use std::process::Command;
 
 use mpcgear::design::{Design, file};
 use mpcgear::export::freecad::{self, Built, Headless};
-use mpcgear::motion::Class;
+use mpcgear::motion::{Class, Motion};
 use mpcgear::solid::{Solids, section};
 
 const DATE: &str = "2026-01-01";
@@ -24,10 +24,14 @@ fn built(class: Class, teeth: usize) -> (Design, Solids) {
 /// The same of a design that is changed first.
 fn built_with(class: Class, teeth: usize, change: impl FnOnce(&mut Design)) -> (Design, Solids) {
     let (mut design, motion) = synthetic::uniform(class);
+    change(&mut design);
+    with_teeth((design, motion), teeth)
+}
+
+fn with_teeth((mut design, motion): (Design, Motion), teeth: usize) -> (Design, Solids) {
     for pair in &mut design.sub_gear_pairs {
         pair.teeth.truncate(teeth);
     }
-    change(&mut design);
     let solids = Solids::build(&design, &motion).expect("builds");
     design.recipe = solids.recipe.clone();
     (design, solids)
@@ -60,6 +64,13 @@ fn script(name: &str) -> PathBuf {
 fn macro_agrees_with_the_mesh(class: Class) {
     if freecad_is_here() {
         agree(class, built(class, TEETH));
+    }
+}
+
+#[test]
+fn a_driver_with_more_teeth_agrees_with_the_mesh() {
+    if freecad_is_here() {
+        agree(Class::R1, with_teeth(synthetic::unequal(Class::R1), TEETH));
     }
 }
 

@@ -8,6 +8,7 @@ mod synthetic;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use mpcgear::design::Design;
 use mpcgear::disk::Folder;
 use mpcgear::export::{self, Source, tables::Summary};
 use mpcgear::motion::{Class, Motion};
@@ -22,25 +23,25 @@ const TEETH: usize = 4;
 
 /// The output folder of the synthetic design of `class`, with the solids it was made from.
 fn folder_of(class: Class, teeth: usize) -> (PathBuf, Solids) {
-    let (mut design, motion) = synthetic::uniform(class);
+    folder_with(synthetic::uniform(class), teeth)
+}
+
+fn folder_with((mut design, motion): (Design, Motion), teeth: usize) -> (PathBuf, Solids) {
     for pair in &mut design.sub_gear_pairs {
         pair.teeth.truncate(teeth);
     }
     let solids = Solids::build(&design, &motion).expect("builds");
     design.recipe = solids.recipe.clone();
     let files = files(&design, &motion, &solids);
-    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("openscad-{class}-{teeth}"));
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+        .join(format!("openscad-{}-{teeth}", design.name));
     Folder::claim(&out)
         .and_then(|out| out.publish(&files))
         .expect("writable");
     (out, solids)
 }
 
-fn files(
-    design: &mpcgear::design::Design,
-    motion: &Motion,
-    solids: &Solids,
-) -> Vec<mpcgear::export::File> {
+fn files(design: &Design, motion: &Motion, solids: &Solids) -> Vec<mpcgear::export::File> {
     let source = Source {
         design,
         motion,
@@ -53,16 +54,28 @@ fn every_part_is_sound(class: Class) {
     if !installed() {
         return;
     }
-    let (out, solids) = folder_of(class, TEETH);
+    sound(folder_of(class, TEETH));
+}
+
+/// Every part in OpenSCAD against our mesh.
+fn sound((out, solids): (PathBuf, Solids)) {
     for body in &solids.bodies {
         let script = out.join(format!("openscad/{}.scad", body.name));
         let mesh = Run::new(&script).stl("default").one_closed_body();
         let (ours, theirs) = (body.mesh.volume(), mesh.volume());
         assert!(
             (theirs / ours - 1.0).abs() < VOLUME_TOLERANCE,
-            "{class} {}: OpenSCAD {theirs:.2} mm³, embedded kernel {ours:.2} mm³",
+            "{} {}: OpenSCAD {theirs:.2} mm³, embedded kernel {ours:.2} mm³",
+            out.display(),
             body.name
         );
+    }
+}
+
+#[test]
+fn a_driver_with_more_teeth_is_sound() {
+    if installed() {
+        sound(folder_with(synthetic::unequal(Class::R1), 2));
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use mpcgear::contact::{BandStart, Contact, PaperBand};
-use mpcgear::motion::{Motion, MotionFile, MotionState};
+use mpcgear::motion::{Drive, Motion, MotionFile};
 use mpcgear::search::paper_search;
 use mpcgear::search::slsqp::{Limits, Report, StopReason};
 use mpcgear::settings::Settings;
@@ -30,7 +30,7 @@ fn contacts(band: &PaperBand) -> impl Iterator<Item = &Contact> {
 /// |n·v_rel| and |n·T²| from the motion alone: ṗ by differences of the stations.
 fn residuals(motion: &Motion, trace: &[Contact], i: usize) -> (f64, f64) {
     let c = &trace[i];
-    let (driver, follower) = (MotionState::driver(25.0, c.phi), motion.state(c.phi));
+    let (driver, follower) = (Drive::new(25.0, 1).state(c.phi), motion.state(c.phi));
     let rolling = c.n.dot(&(follower.velocity(c.p) - driver.velocity(c.p)));
     let tangent =
         c.n.dot(&(slope(trace, i, |c| c.p) - follower.velocity(c.p)));
@@ -103,7 +103,7 @@ fn trefoil_leaves_a_residual_and_says_so() {
         .iter()
         .flat_map(|t| [0, 1, 31, 32].map(|i| t.trace[i]));
     for c in ends {
-        let (driver, follower) = (MotionState::driver(25.0, c.phi), motion.state(c.phi));
+        let (driver, follower) = (Drive::new(25.0, 1).state(c.phi), motion.state(c.phi));
         let rolling = c.n.dot(&(follower.velocity(c.p) - driver.velocity(c.p)));
         worst = worst.max(rolling.abs());
     }
@@ -117,7 +117,7 @@ fn second_order_gap_agrees_with_differences_of_the_normal() {
     for tooth in &report.best.teeth {
         for i in 4..29 {
             let c = &tooth.trace[i];
-            let (driver, follower) = (MotionState::driver(25.0, c.phi), motion.state(c.phi));
+            let (driver, follower) = (Drive::new(25.0, 1).state(c.phi), motion.state(c.phi));
             let n_rate = slope(&tooth.trace, i, |c| c.n);
             let v_rel = follower.velocity(c.p) - driver.velocity(c.p);
             let gap = (n_rate - driver.omega.cross(&c.n)).dot(&v_rel)

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use mpcgear::design::{ClosureSample, Design, Gear, Section, file};
 use mpcgear::load::{Load, Sampling, analyse};
-use mpcgear::motion::{Motion, MotionFile, MotionState, Pose};
+use mpcgear::motion::{Drive, Motion, MotionFile, Pose};
 use mpcgear::remedy;
 use mpcgear::search;
 use mpcgear::solid::kernel::Solid;
@@ -95,7 +95,8 @@ fn holds((class, motion, effort): (&str, &str, f64), pairs: usize, floor: f64) {
         panic!("two gears");
     };
     for i in 0..PHASES {
-        let phi = TAU * (f64::from(i) + 0.371) / f64::from(PHASES);
+        let share = (f64::from(i) + 0.371) / f64::from(PHASES);
+        let phi = motion.cycle().start() + share * motion.cycle().length();
         let solid = |body| Solid::new(&solids.placed(body, &design, &motion, phi), "gear");
         let (driver, follower) = (
             solid(driver).expect("solid"),
@@ -109,6 +110,27 @@ fn holds((class, motion, effort): (&str, &str, f64), pairs: usize, floor: f64) {
 #[test]
 fn revolute() {
     holds(("1R", "own_turn = \"-phi + 0.1*sin(phi)\"", 0.03), 2, 6.0);
+}
+
+#[test]
+fn there_and_back() {
+    let motion = "own_turn = \"-0.8*phi + 0.05*sin(2*phi)\"\ndrive = \"reciprocating\"\n\
+                  range_deg = [-60, 70]";
+    let (given, made) = motion_file("1R", motion, (0.03, 0.0));
+    let design = designed(&given, &made, 1);
+    assert_eq!(
+        design.sub_gear_pairs[0].teeth.len(),
+        4,
+        "the share of ten teeth"
+    );
+    holds(("1R", motion, 0.03), 2, 6.0);
+}
+
+#[test]
+fn twice_as_many_teeth_on_the_driver() {
+    let motion = "own_turn = \"-phi + 0.1*sin(phi)\"\n\
+                  [gear]\ncenter_distance_mm = 36\ndriver_teeth = 20\nfollower_teeth = 10";
+    holds(("1R", motion, 0.05), 2, 5.0);
 }
 
 #[test]
@@ -178,7 +200,7 @@ fn flat_flanks_carry_more() {
                 let placed = |mesh: &Mesh, pose: Pose| {
                     Solid::new(&mesh.moved(&pose), "tooth").expect("solid")
                 };
-                let driver = placed(&driver, MotionState::driver(25.0, phi).pose);
+                let driver = placed(&driver, Drive::new(25.0, 1).state(phi).pose);
                 let follower = placed(&follower, motion.state(phi).pose);
                 let shared = driver.intersection(&follower).mesh().volume();
                 assert!(

@@ -5,7 +5,7 @@ mod synthetic;
 
 use mpcgear::Error;
 use mpcgear::design::{Design, Gear};
-use mpcgear::motion::{Class, Motion};
+use mpcgear::motion::{Class, Drive, Motion};
 use mpcgear::solid::expression::Values;
 use mpcgear::solid::kernel::{self, Solid};
 use mpcgear::solid::{Solids, layout, pieces, primitive, section, sweep};
@@ -71,7 +71,7 @@ fn an_overlap_is_seen() {
     };
     // A tenth of a pitch out of mesh is more than the clearance.
     let driver = Solid::new(&driver.mesh, "driver").expect("sound");
-    let turned = follower.carrier.pose(&motion, 25.0, 0.063);
+    let turned = follower.carrier.pose(&motion, Drive::new(25.0, 1), 0.063);
     let follower = Solid::new(&follower.mesh.moved(&turned), "follower").expect("sound");
     assert!(driver.intersection(&follower).volume() > 0.01);
 }

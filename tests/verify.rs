@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use manifold_rust::linalg::Vec3;
 use manifold_rust::manifold::Manifold;
 use mpcgear::design::ClosureSample;
-use mpcgear::motion::{Class, Motion, MotionSource};
+use mpcgear::motion::{Class, Drive, Motion, MotionSource};
 use mpcgear::solid::Mesh;
 use mpcgear::solid::assembly::{Carrier, SolidBody};
 use mpcgear::verify::{
@@ -60,7 +60,7 @@ fn proof_of(class: Class, bodies: &[SolidBody], settings: &ProofSettings, q: f64
     let motion = Motion::new(class, &MotionSource::Uniform {}).expect("a uniform motion");
     let mechanism = Mechanism {
         motion: &motion,
-        center_distance: 25.0,
+        drive: Drive::new(25.0, 1),
     };
     let closure = [ClosureSample {
         phi: 0.0,
@@ -513,7 +513,7 @@ fn a_stopped_proof_says_so() {
     let motion = Motion::new(Class::R1, &MotionSource::Uniform {}).unwrap();
     let mechanism = Mechanism {
         motion: &motion,
-        center_distance: 25.0,
+        drive: Drive::new(25.0, 1),
     };
     let closure = [ClosureSample {
         phi: 0.0,

@@ -138,7 +138,7 @@ fn given((design, motion): (&Design, &Motion), file: &Path, args: &MeshArgs) -> 
     let folder = file.parent().unwrap_or(Path::new("."));
     let mechanism = Mechanism {
         motion,
-        center_distance: design.settings.gear.center_distance_mm,
+        drive: design.settings.gear.drive(),
     };
     let mut names = vec![
         ("driver", Carrier::Driver, &args.driver),

@@ -37,14 +37,14 @@ pub fn load(cli: &Cli, path: &Path, (payload, csv): (Option<f64>, bool)) -> Resu
     let (design, motion, _) = Stored::read(path)?.with_motion()?;
     let mut carried = design.settings.load.clone();
     carried.mass_g = payload.unwrap_or(carried.mass_g);
-    let report = load::analyse(&design, &motion, &carried, Sampling::default())?;
+    let report = load::analyse(&design, &motion, &carried, Sampling::of(&motion))?;
     if csv {
         print_out(report.table(1).render(Format::Csv)?.trim_end())?;
         return Ok(0);
     }
     let few = Sampling {
         count: ERROR_ANGLES,
-        ..Sampling::default()
+        ..Sampling::of(&motion)
     };
     let sensitivity = sensitivity(&design, &motion, &carried, few)?;
     if cli.json {

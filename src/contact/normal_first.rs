@@ -11,12 +11,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::motion::{Motion, MotionState};
+use crate::motion::{Cycle, Drive, Motion, MotionState};
 
 /// Driver and follower at one φ.
 #[derive(Debug, Clone, Copy)]
 pub struct Node {
-    /// Driver angle, rad.
+    /// Phase, rad.
     pub phi: f64,
     /// Driver state.
     pub driver: MotionState,
@@ -28,8 +28,14 @@ pub struct Node {
 /// Runge-Kutta step over two nodes finds its midpoint in the table.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    /// L, mm.
-    pub center_distance: f64,
+    /// How the driver turns.
+    pub drive: Drive,
+    /// The phases of all teeth.
+    pub cycle: Cycle,
+    /// Mean speed at which the follower turns against the driver, per phase.
+    pub turning: f64,
+    /// Distance of the mean pitch point from the follower's axis, mm.
+    pub pitch_radius: f64,
     /// Half the length of a contact interval, rad.
     pub half_interval: f64,
     /// Number of integration steps a tooth; even. Stations are steps + 1.
@@ -43,23 +49,28 @@ impl Grid {
     /// (rounded up to even).
     pub fn new(motion: &Motion, gear: &crate::settings::Gear, steps: usize) -> Grid {
         let steps = steps.next_multiple_of(2);
-        let pitch = std::f64::consts::TAU / gear.teeth as f64;
+        let (cycle, drive) = (motion.cycle(), gear.drive());
+        let pairs = cycle.pairs(gear.tooth_pairs());
+        let pitch = cycle.length() / pairs as f64;
         let half_interval = 0.5 * gear.contact_ratio * pitch;
         let node = |phi: f64| Node {
             phi,
-            driver: MotionState::driver(gear.center_distance_mm, phi),
+            driver: drive.state(phi),
             follower: motion.state(phi),
         };
-        let teeth = (0..gear.teeth)
+        let teeth = (0..pairs)
             .map(|j| {
-                let centre = (j as f64 + 0.5) * pitch;
+                let centre = cycle.start() + (j as f64 + 0.5) * pitch;
                 (0..=2 * steps)
                     .map(|i| node(centre + half_interval * (i as f64 / steps as f64 - 1.0)))
                     .collect()
             })
             .collect();
         Grid {
-            center_distance: gear.center_distance_mm,
+            drive,
+            cycle,
+            turning: motion.turning(),
+            pitch_radius: drive.follower_pitch_radius(motion.turning()),
             half_interval,
             steps,
             teeth,
@@ -114,11 +125,11 @@ impl Node {
     }
 
     /// How far the follower's plane at height `z` stands above that height between the gears, at the
-    /// middle of the centre distance `distance`, mm.
-    pub fn rise(&self, z: f64, distance: f64) -> f64 {
+    /// pitch point of a uniform turn, `radius` from the follower's axis, mm.
+    pub fn rise(&self, z: f64, radius: f64) -> f64 {
         let pose = &self.follower.pose;
         let axis = pose.rotation.column(2);
-        let to = Vector3::new(-0.5 * distance, 0.0, 0.0) - pose.translation;
+        let to = Vector3::new(-radius, 0.0, 0.0) - pose.translation;
         (z - axis.x * to.x - axis.y * to.y) / axis.z + pose.translation.z - z
     }
 }
@@ -287,7 +298,7 @@ pub fn trace(grid: &Grid, j: usize, law: &ToothLaw) -> Option<Trace> {
             q += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             let contact = next.contact(&nodes[i2], q);
             // A contact further than L from the pitch point belongs to no gear of this size.
-            if !((contact.p - pitch_point).norm() < grid.center_distance) {
+            if !((contact.p - pitch_point).norm() < grid.drive.center_distance()) {
                 return None;
             }
             contacts.push(contact);

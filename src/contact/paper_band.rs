@@ -81,7 +81,7 @@ impl BandModel {
     pub fn new(grid: &Grid, settings: &Settings, start: &BandStart, stride: usize) -> BandModel {
         let gear = &settings.gear;
         let control = (gear.locus_control_points, gear.normal_control_points);
-        let unit = UNIT * grid.center_distance;
+        let unit = UNIT * grid.drive.center_distance();
         let teeth = grid
             .teeth
             .iter()
@@ -100,10 +100,10 @@ impl BandModel {
             },
             teeth,
             side: start.side.signum(),
-            center_distance: grid.center_distance,
+            center_distance: grid.drive.center_distance(),
             spacing: gear.tooth_thickness_mm
                 + settings.fit.safety_gap_mm
-                + SPACING_MARGIN * grid.center_distance,
+                + SPACING_MARGIN * grid.drive.center_distance(),
             bead_radius: 0.5 * gear.tooth_thickness_mm,
             width: WIDTH_SHARE * start.travel.abs(),
             direction: start.travel.signum(),

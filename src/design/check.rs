@@ -44,12 +44,12 @@ pub(super) fn text(found: &mut Problems, place: impl FnOnce() -> String, text: &
 fn teeth(found: &mut Problems, design: &Design, first: bool) {
     let pairs = &design.sub_gear_pairs;
     found.count(|| "sub_gear_pairs".into(), pairs.len(), 12);
-    let wanted = design.settings.gear.teeth;
+    let wanted = design.tooth_pairs();
     for (k, pair) in pairs.iter().enumerate() {
         let place = || format!("sub_gear_pairs[{k}]");
         let count = pair.teeth.len();
         if count != wanted {
-            let what = format!("has {count} teeth, settings.gear.teeth is {wanted}");
+            let what = format!("has {count} teeth, by settings.gear there are {wanted}");
             found.add(|| Problem::new(place(), what, ""));
         }
         if let Some(radius) = pair.flank_radius {

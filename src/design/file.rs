@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lines::Lines;
 use super::{Design, FORMAT, Station, check};
-use crate::motion::{Motion, MotionState};
+use crate::motion::{Drive, Motion};
 use crate::solid::Solids;
 use crate::{Error, Problem, Problems, Result};
 
@@ -82,9 +82,9 @@ impl Stored {
             design.format = FORMAT;
             design.stations_mut().for_each(add_velocities);
         } else if let Ok(motion) = &motion {
-            let distance = design.settings.gear.center_distance_mm;
+            let drive = design.settings.gear.drive();
             for stations in design.stations_mut() {
-                place_on_gears(stations, distance, motion);
+                place_on_gears(stations, drive, motion);
             }
             let problems = check::tangents(&design);
             if !problems.is_empty() {
@@ -122,9 +122,9 @@ pub fn solids(design: &Design, motion: &Motion, file: &Path) -> Result<Solids> {
 }
 
 /// What stands in the gears' frames, from what stands in Σ.
-fn place_on_gears(stations: &mut [Station], center_distance: f64, motion: &Motion) {
+fn place_on_gears(stations: &mut [Station], drive: Drive, motion: &Motion) {
     for s in stations {
-        let driver = MotionState::driver(center_distance, s.phi);
+        let driver = drive.state(s.phi);
         *s = Station::new(s.contact(), &driver, &motion.state(s.phi));
     }
 }

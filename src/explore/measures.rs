@@ -1,9 +1,7 @@
 //! Figures of a design by which explorations compare: what it carries, how loose it is, how large and heavy.
 
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
 use crate::design::Design;
 use crate::export::tables::Summary;
@@ -69,7 +67,7 @@ const LAYER_S: f64 = 4.0;
 const LAYER: f64 = 0.2;
 
 /// Angles at which the room is taken.
-const PHASES: u32 = 24;
+const PHASES: usize = 24;
 
 /// Figures by name.
 pub type Figures = BTreeMap<&'static str, Option<f64>>;
@@ -92,7 +90,7 @@ pub fn figures(outcome: &Outcome, motion: &Motion, summary: &Summary) -> Figures
     ]);
     let load = &design.settings.load;
     let known = check.as_ref().and_then(|check| check.load.clone());
-    let report = known.map_or_else(|| load::analyse(design, motion, load, Sampling::default()), Ok);
+    let report = known.map_or_else(|| load::analyse(design, motion, load, Sampling::of(motion)), Ok);
     if let Ok(report) = report {
         figures.extend(loaded(&report));
     }
@@ -133,17 +131,18 @@ fn loaded(report: &LoadReport) -> Figures {
 
 /// The box around all bodies at all angles.
 fn room(design: &Design, motion: &Motion, solids: &Solids) -> Figures {
-    let distance = design.settings.gear.center_distance_mm;
+    let drive = design.settings.gear.drive();
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
         Vector3::repeat(f64::NEG_INFINITY),
     );
     for body in &solids.bodies {
-        for i in 0..PHASES {
-            let phi = TAU * f64::from(i) / f64::from(PHASES);
+        let phases = PHASES * drive.copies();
+        for i in 0..phases {
+            let phi = motion.cycle().part(i, PHASES);
             let (a, b) = body
                 .mesh
-                .moved(&body.carrier.pose(motion, distance, phi))
+                .moved(&body.carrier.pose(motion, drive, phi))
                 .bounds();
             (low, high) = (low.inf(&a), high.sup(&b));
         }

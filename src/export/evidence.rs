@@ -55,14 +55,14 @@ impl Evidence {
     pub fn gather(source: &Source, verdicts: Verdicts, files: &[PathBuf]) -> Result<Evidence> {
         let (design, motion) = (source.design, source.motion);
         let settings = &design.settings.load;
-        let l = design.settings.gear.center_distance_mm;
+        let drive = design.settings.gear.drive();
         let place = |body: &SolidBody| SolidBody {
-            mesh: body.mesh.moved(&body.carrier.pose(motion, l, 0.0)),
+            mesh: body.mesh.moved(&body.carrier.pose(motion, drive, 0.0)),
             ..body.clone()
         };
         let few = Sampling {
             count: ERROR_ANGLES,
-            ..Sampling::default()
+            ..Sampling::of(motion)
         };
         Ok(Evidence {
             bodies: source
@@ -70,7 +70,7 @@ impl Evidence {
                 .map_or(Vec::new(), |s| s.bodies.iter().map(place).collect()),
             load: match verdicts.load {
                 Some(known) => Some(known),
-                None => where_closed(analyse(design, motion, settings, Sampling::default()))?,
+                None => where_closed(analyse(design, motion, settings, Sampling::of(motion)))?,
             },
             sensitivity: where_closed(sensitivity(design, motion, settings, few))?,
             claims: verdicts.claims,
@@ -83,7 +83,7 @@ impl Evidence {
         ReportInput {
             design: source.design,
             motion: source.motion,
-            sampling: Sampling::default(),
+            sampling: Sampling::of(source.motion),
             bodies: &self.bodies,
             claims: &self.claims,
             load: self.load.as_ref(),

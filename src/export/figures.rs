@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::curves::q_unit;
 use super::report::ReportInput;
+use super::tables;
 use crate::bound;
 use crate::design::Design;
 use crate::load::sensitivity::Sensitivity;
@@ -181,7 +182,7 @@ fn gear(design: &Design, figures: &mut Vec<Figure>) {
         "",
         "Contacts that hold the follower at the same time.",
     );
-    add("Teeth per sub-gear, J", gear.teeth.to_string(), "", "");
+    add("Teeth per sub-gear, J", tables::teeth(design), "", "");
     add(
         "Contact ratio",
         rounded(gear.contact_ratio, 3),

@@ -37,7 +37,7 @@ const MODULES: [&str; 12] = [
 /// one stay within 4e-4 mm of those through all and fuse twice as fast.
 const FRAME_STEP: usize = 3;
 
-/// Poses of the follower in a turn; between them FreeCAD interpolates.
+/// Poses of the follower in a period; between them FreeCAD interpolates.
 const POSES: u32 = 360;
 
 /// Decimals of the numbers in a macro, mm: far below any tolerance of FreeCAD (1e-7).
@@ -87,7 +87,7 @@ pub fn macro_text(design: &Design, date: &str) -> Result<String> {
                 date => date,
                 class => design.class.to_string(),
                 pairs => design.sub_gear_pairs.len(),
-                teeth => design.settings.gear.teeth,
+                teeth => tables::teeth(design),
                 distance => design.settings.gear.center_distance_mm,
                 min_q => min_q.map_or("not measured".into(), |q| format!("{q:.3}")),
                 code => MODULES.map(standalone).join("\n\n"),
@@ -137,15 +137,35 @@ fn on_gears(s: &Station) -> Value {
         "p2": s.p2, "n2": s.n2, "t2": s.t2})
 }
 
-/// Rows of φ (rad), position and quaternion (real part last) of the follower over one turn.
+/// Rows of driver angle (rad), position and quaternion (real part last) of the follower over one turn.
 fn poses(design: &Design) -> Result<Value> {
     let motion = Motion::new(design.class, &design.motion)?;
-    let rows = tables::poses(&motion, POSES);
+    let rows = tables::poses_of_turn(&motion, design.settings.gear.drive(), POSES);
     let row = |r: &tables::PoseRow| {
-        let phi = r.phi_deg.to_radians();
-        Value::from(vec![phi, r.x, r.y, r.z, r.qx, r.qy, r.qz, r.qw])
+        Value::from(vec![
+            r.phi_deg.to_radians(),
+            r.x,
+            r.y,
+            r.z,
+            r.qx,
+            r.qy,
+            r.qz,
+            r.qw,
+        ])
     };
-    Ok(rows.iter().map(row).collect())
+    // FreeCAD counts driver angles from 0; what a range leaves out of the turn has no rows.
+    let (before, after): (Vec<&tables::PoseRow>, Vec<&tables::PoseRow>) =
+        rows.iter().partition(|r| r.phi_deg < 0.0);
+    let turned = before.into_iter().map(|r| tables::PoseRow {
+        phi_deg: r.phi_deg + 360.0,
+        ..*r
+    });
+    Ok(after
+        .into_iter()
+        .copied()
+        .chain(turned)
+        .map(|r| row(&r))
+        .collect())
 }
 
 /// Which of a tooth's `stations` carry a section of its loft: both ends, and between them the ribs'

@@ -20,7 +20,7 @@ const MOST_CAPSULES: usize = 16;
 /// Shorter capsules are left out, mm: MuJoCo refuses those without a length.
 const SHORTEST: f64 = 1e-3;
 
-/// Steps of the target motion over one turn.
+/// Steps of the target motion over one period.
 const TARGET_STEPS: u32 = 360;
 
 #[derive(Serialize)]
@@ -75,7 +75,8 @@ pub fn file(source: &Source, solids: &Solids) -> Result<File> {
     let design = source.design;
     let load = &design.settings.load;
     let start = source.motion.state(0.0).pose;
-    let length = design.settings.gear.center_distance_mm;
+    let drive = design.settings.gear.drive();
+    let length = drive.center_distance();
     let turn = start.quaternion();
     let mut driver = body(design, solids, Gear::Driver)?;
     driver.position = metres([-length, 0.0, 0.0]);
@@ -102,7 +103,7 @@ pub fn file(source: &Source, solids: &Solids) -> Result<File> {
         }
     });
     let gravity = wrench::gravity(load);
-    let target = tables::poses(source.motion, TARGET_STEPS);
+    let target = tables::poses_of_turn(source.motion, drive, TARGET_STEPS);
     let text = template::render(
         "mjcf",
         Page {
@@ -157,19 +158,23 @@ fn body(design: &Design, solids: &Solids, gear: Gear) -> Result<Body> {
     let depth = 0.5 * design.section.clearance + design.section.bead_radius();
     let mut teeth = Vec::new();
     let mut centres = Vec::new();
+    let drive = design.settings.gear.drive();
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
-        for (j, tooth) in pair.teeth.iter().enumerate() {
+        let numbers = 0..sweep::copies(drive, gear) * pair.teeth.len();
+        for number in numbers {
+            let tooth = &pair.teeth[number % pair.teeth.len()];
+            let copy = drive.copy(number / pair.teeth.len());
             let line: Vec<Vector3<f64>> = sweep::thinned(tooth.stations.len(), MOST_CAPSULES + 1)
                 .into_iter()
                 .map(|i| {
                     let (p, n, _) = tooth.stations[i].frame(gear);
-                    p + depth * n - axis
+                    copy.apply(p + depth * n) - axis
                 })
                 .collect();
             let ends = line.windows(2).filter(|w| (w[1] - w[0]).norm() > SHORTEST);
             for (i, w) in ends.enumerate() {
                 teeth.push(Capsule {
-                    name: format!("{}_{}_{}", k + 1, j + 1, i + 1),
+                    name: format!("{}_{}_{}", k + 1, number + 1, i + 1),
                     ends: format!("{} {}", metres(w[0].into()), metres(w[1].into())),
                 });
             }

@@ -62,8 +62,8 @@ impl Source<'_> {
 
     /// Pose in Σ at φ = 0 of a body.
     pub fn pose(&self, body: &SolidBody) -> Pose {
-        let l = self.design.settings.gear.center_distance_mm;
-        body.carrier.pose(self.motion, l, 0.0)
+        let drive = self.design.settings.gear.drive();
+        body.carrier.pose(self.motion, drive, 0.0)
     }
 
     /// The design with the recipe that its solids were built from.

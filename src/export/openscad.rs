@@ -12,6 +12,7 @@ use super::scad_teeth::number;
 use super::template::render;
 use super::{Source, tables};
 use crate::Result;
+use crate::motion::Motion;
 use crate::solid::recipe::{Body, Recipe};
 use crate::solid::sweep;
 
@@ -50,7 +51,7 @@ pub fn scripts(source: &Source, recipe: &Recipe) -> Result<Vec<Script>> {
         .collect();
     let mut parts = parts?;
     let mut scripts = bodies(source, recipe, &parts)?;
-    let poses = tables::poses(source.motion, POSES);
+    let poses = tables::poses_of_turn(source.motion, source.design.settings.gear.drive(), POSES);
     let poses: Vec<String> = poses.iter().map(pose_line).collect();
     let whole = |template: &str, parts: &[Part], what: &str| {
         let page = Page {
@@ -155,6 +156,8 @@ struct Page<'a> {
     others: Vec<Elsewhere>,
     library: &'static str,
     poses: Vec<String>,
+    /// Driver angles of a motion that goes there and back, deg.
+    swing: Option<[String; 2]>,
     /// How far the first layers are drawn in, mm.
     elephant_foot: String,
 }
@@ -214,6 +217,7 @@ impl<'a> Page<'a> {
             others: Vec::new(),
             library: library(),
             poses: Vec::new(),
+            swing: swing(source.motion),
             elephant_foot: number(source.design.settings.fit.elephant_foot_mm, 3),
         }
     }
@@ -226,6 +230,13 @@ fn library() -> &'static str {
         .map_or(LIBRARY, |(_, rest)| rest.trim_end())
 }
 
+/// Ends of the driver's range, deg, where it goes there and back.
+fn swing(motion: &Motion) -> Option<[String; 2]> {
+    let cycle = motion.cycle();
+    let ends = [cycle.start(), cycle.end()];
+    (!cycle.wraps()).then(|| ends.map(|phi| number(phi.to_degrees(), 3)))
+}
+
 #[derive(Serialize)]
 struct About {
     what: String,
@@ -235,7 +246,7 @@ struct About {
     generator: String,
     center_distance: String,
     k: usize,
-    j: usize,
+    j: String,
     q_min: String,
     date: Option<String>,
 }
@@ -254,7 +265,7 @@ fn about(source: &Source, what: &str) -> About {
         generator: super::maker(design),
         center_distance: number(design.settings.gear.center_distance_mm, 4),
         k: design.sub_gear_pairs.len(),
-        j: design.settings.gear.teeth,
+        j: tables::teeth(design),
         q_min: q_min.map_or("not known".into(), |q| number(q, 3)),
         date: super::date::from_environment(),
     }

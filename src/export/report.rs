@@ -12,6 +12,7 @@ use super::compact::CompactMesh;
 use super::curves::{self, Plot};
 use super::figures::{self, Figure};
 use super::picture::{self, View};
+use super::tables;
 use crate::design::Design;
 use crate::disk::write_whole;
 use crate::load::contacts::Configuration;
@@ -86,6 +87,8 @@ struct Scene<'a> {
     name: &'a str,
     class: String,
     center_distance: f64,
+    /// Driver angle per φ.
+    driver_rate: f64,
     phi_deg: Vec<f64>,
     whole_turn: bool,
     /// x, y, z, qw, qx, qy, qz of the follower per angle, as in poses.csv.
@@ -163,7 +166,7 @@ pub fn html(input: &ReportInput) -> Result<String> {
             class => design.class.to_string(),
             joint => joint_words(design.class),
             k => design.sub_gear_pairs.len(),
-            j => design.settings.gear.teeth,
+            j => tables::teeth(design),
             q_min => design.closure.iter().map(|c| c.q).reduce(f64::min),
             generator => &design.generator,
             verdict,
@@ -248,6 +251,7 @@ fn scene<'a>(input: &ReportInput<'a>, plots: &'a [Plot]) -> Scene<'a> {
         name: &design.name,
         class: design.class.to_string(),
         center_distance: design.settings.gear.center_distance_mm,
+        driver_rate: design.settings.gear.drive().rate(),
         whole_turn,
         poses: poses.collect(),
         lift: angles

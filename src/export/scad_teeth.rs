@@ -37,13 +37,10 @@ pub struct Teeth {
 pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
     let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
     let foot = layout::rib_foot(design, gear);
-    let pairs = design.sub_gear_pairs.iter().map(|pair| {
-        let teeth = pair.teeth.iter();
-        teeth
-            .map(|tooth| forwards(sweep::frames(tooth, gear, axis)))
-            .collect()
-    });
-    let pairs: Vec<Vec<Vec<Frame>>> = pairs.collect();
+    let mut pairs: Vec<Vec<Vec<Frame>>> = vec![Vec::new(); design.sub_gear_pairs.len()];
+    for tooth in sweep::standing(design, gear, sweep::MAX_STATIONS) {
+        pairs[tooth.pair].push(forwards(tooth.frames));
+    }
     let bands = pairs.iter().map(|teeth| middle_height(teeth)).collect();
     let place = format!("{gear:?} tooth").to_lowercase();
     let (mut beads, mut ribs) = (Vec::new(), Vec::new());

@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
-use crate::motion::{Class, Motion};
+use crate::motion::{Class, Drive, Motion};
 use crate::remedy::Remedy;
 use crate::{Error, Result};
 
@@ -19,6 +19,9 @@ pub struct Summary {
     pub k: usize,
     /// J, teeth per band.
     pub j: usize,
+    /// Teeth of a band on the driver.
+    #[serde(default)]
+    pub driver_teeth: usize,
     /// c, contact ratio: that asked for, or the least where that holds better.
     #[serde(default)]
     pub contact_ratio: f64,
@@ -115,7 +118,8 @@ impl Summary {
             name: design.name.clone(),
             class: design.class,
             k: design.sub_gear_pairs.len(),
-            j: design.settings.gear.teeth,
+            j: design.tooth_pairs(),
+            driver_teeth: design.tooth_pairs() * design.settings.gear.drive().copies(),
             contact_ratio: design.settings.gear.contact_ratio,
             feasible: design.problems.is_empty(),
             draft: false,
@@ -155,10 +159,19 @@ pub fn summary_json(summary: &Summary) -> Result<String> {
         .map_err(|e| Error::Internal(format!("summary.json: {e}")))
 }
 
+/// Teeth in a band, as cards and headings say it: of both gears, or driver : follower.
+pub fn teeth(design: &Design) -> String {
+    let gear = &design.settings.gear;
+    match (gear.teeth_on_driver(), gear.tooth_pairs()) {
+        (driver, follower) if driver == follower => design.tooth_pairs().to_string(),
+        (driver, follower) => format!("{driver}:{follower}"),
+    }
+}
+
 /// Pose of the follower at one phase.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PoseRow {
-    /// Driver angle, degrees.
+    /// Phase or driver angle, degrees.
     pub phi_deg: f64,
     /// Position of the body origin, mm.
     pub x: f64,
@@ -176,13 +189,26 @@ pub struct PoseRow {
     pub qz: f64,
 }
 
-/// `steps + 1` poses over one period, both ends included.
+/// `steps + 1` poses over one period or range, both ends included.
 pub fn poses(motion: &Motion, steps: u32) -> Vec<PoseRow> {
+    rows(motion, (steps, 1))
+}
+
+/// Poses over one turn of the driver, both ends included, `steps` in each period; angles are the driver's.
+pub fn poses_of_turn(motion: &Motion, drive: Drive, steps: u32) -> Vec<PoseRow> {
+    rows(motion, (steps, drive.copies() as u32))
+}
+
+fn rows(motion: &Motion, (steps, periods): (u32, u32)) -> Vec<PoseRow> {
     let mut rows: Vec<PoseRow> = Vec::new();
     let mut last = UnitQuaternion::identity();
+    let steps = steps * periods;
     for i in 0..=steps {
         let turn = f64::from(i) / f64::from(steps);
-        let pose = motion.state(turn * std::f64::consts::TAU).pose;
+        let cycle = motion.cycle();
+        let pose = motion
+            .state(cycle.start() + turn * f64::from(periods) * cycle.length())
+            .pose;
         let mut q = pose.quaternion();
         if q.coords.dot(&last.coords) < 0.0 {
             q = UnitQuaternion::new_unchecked(-q.into_inner());
@@ -190,7 +216,10 @@ pub fn poses(motion: &Motion, steps: u32) -> Vec<PoseRow> {
         last = q;
         let [x, y, z] = pose.translation.map(rounded).into();
         rows.push(PoseRow {
-            phi_deg: 360.0 * turn,
+            phi_deg: match cycle.wraps() {
+                true => 360.0 * turn,
+                false => (cycle.start() + turn * cycle.length()).to_degrees(),
+            },
             x,
             y,
             z,

@@ -64,7 +64,7 @@ impl Configuration {
     /// # Errors
     /// [`Error::Infeasible`] when no tooth of a pair reaches `phi` or has too few stations.
     pub fn at(design: &Design, motion: &Motion, phi: f64) -> Result<Configuration> {
-        let driver = MotionState::driver(design.settings.gear.center_distance_mm, phi);
+        let driver = design.settings.gear.drive().state(phi);
         let follower = motion.state(phi);
         let contacts = design
             .sub_gear_pairs

@@ -10,11 +10,13 @@ const ROLLING: f64 = 1e-6;
 
 /// Driver torque (N·mm) that holds contact forces `forces` acting along `directions` on the follower.
 pub fn driver_torque(at: &Configuration, forces: &[f64], directions: &[Vector3<f64>]) -> f64 {
-    at.contacts
+    let power: f64 = at
+        .contacts
         .iter()
         .zip(forces.iter().zip(directions))
         .map(|(c, (f, d))| f * d.dot(&at.driver.velocity(c.p)))
-        .sum()
+        .sum();
+    power / at.driver.omega.z
 }
 
 /// Directions of the contact forces on the follower when it slides against the driver with

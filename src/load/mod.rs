@@ -152,6 +152,16 @@ impl Default for Sampling {
 }
 
 impl Sampling {
+    /// The phases that `motion` runs through.
+    pub fn of(motion: &Motion) -> Sampling {
+        let cycle = motion.cycle();
+        Sampling {
+            start: cycle.start(),
+            end: cycle.end(),
+            ..Sampling::default()
+        }
+    }
+
     /// Whether the range is one turn of the driver, so that its end is its start.
     pub fn is_whole_turn(&self) -> bool {
         (self.end - self.start - TAU).abs() < 1e-9

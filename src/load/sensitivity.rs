@@ -178,8 +178,8 @@ fn displacement(
     p: Vector3<f64>,
     e: &Deviation,
 ) -> (Vector3<f64>, Vector3<f64>) {
-    // The driver turns about z through (−L, 0, 0), so it would carry O with (0, L, 0).
-    let arm = p + Vector3::x() * at.driver.v_origin.y;
+    // The driver turns about z through (−L, 0, 0), so it would carry O with (0, ω₁ L, 0).
+    let arm = p + Vector3::x() * (at.driver.v_origin.y / at.driver.omega.z);
     let turn = Vector3::new(e.tilt_x, e.tilt_y, 0.0);
     let driver = -Vector3::x() * e.center_distance + turn.cross(&arm) + arm * e.driver_scale;
     (driver - (p - at.centre) * e.follower_scale, turn)

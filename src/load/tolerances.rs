@@ -76,7 +76,7 @@ struct Gear {
 pub fn spread(design: &Design, motion: &Motion, load: &Load, draws: Draws) -> Result<Spread> {
     let sampling = Sampling {
         count: ANGLES,
-        ..Sampling::default()
+        ..Sampling::of(motion)
     };
     let angles = sampling.angles().map(|phi| {
         let at = Configuration::at(design, motion, phi)?;

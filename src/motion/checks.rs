@@ -1,10 +1,8 @@
 //! Checks of a finished motion, whatever kind it came from: sampled over one period.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 
-use super::{Class, MotionState, hub};
+use super::{Class, Cycle, MotionState, hub};
 use crate::{Error, Problem, Result};
 
 /// Samples per period.
@@ -23,27 +21,57 @@ const CLOSING: f64 = 1e-6;
 const POSE_JUMP: (f64, f64) = (0.05, 0.5);
 const TWIST_JUMP: (f64, f64) = (0.02, 0.2);
 
-/// φ of sample `i`.
-pub(super) fn phase(i: usize) -> f64 {
-    TAU * i as f64 / SAMPLES as f64
-}
+/// Least speed at which a follower has to turn against the driver of a range, per phase.
+const SLOWEST: f64 = 0.2;
 
-/// Everything finite, closed, smooth, in the motion space of `class`, with net turn −1.
-pub(super) fn check(class: Class, motion: impl Fn(f64) -> MotionState) -> Result<()> {
-    let states: Vec<MotionState> = (0..=SAMPLES).map(|i| motion(phase(i))).collect();
+/// Everything finite, closed, smooth, in the motion space of `class`, with net turn −1; over a range
+/// turning against the driver all the way. The mean speed of that.
+pub(super) fn check(
+    (class, cycle): (Class, Cycle),
+    motion: impl Fn(f64) -> MotionState,
+) -> Result<f64> {
+    let states: Vec<MotionState> = (0..=SAMPLES)
+        .map(|i| motion(cycle.part(i, SAMPLES)))
+        .collect();
     let mut problems = Vec::new();
-    problems.extend(not_finite(&states));
+    problems.extend(not_finite(cycle, &states));
     if problems.is_empty() {
-        problems.extend(not_closed(&states[0], &states[SAMPLES]));
-        problems.extend(outside_space(class, &states));
-        problems.extend(not_smooth(&states));
+        if cycle.wraps() {
+            problems.extend(not_closed(&states[0], &states[SAMPLES]));
+        }
+        problems.extend(outside_space((class, cycle), &states));
+        problems.extend(not_smooth(cycle, &states));
     }
     if !problems.is_empty() {
         return Err(Error::input("motion", problems));
     }
-    net_turn(&states)?;
+    let turning = match cycle.wraps() {
+        true => net_turn(&states).map(|()| 1.0),
+        false => against(cycle, &states),
+    }?;
     let worst = largest(&states, tilt);
-    hub::tilt_error(worst.1, phase(worst.0)).map_or(Ok(()), Err)
+    match hub::tilt_error(worst.1, cycle.part(worst.0, SAMPLES)) {
+        Some(error) => Err(error),
+        None => Ok(turning),
+    }
+}
+
+/// The mean speed at which the follower turns against the driver, where it always does.
+fn against(cycle: Cycle, states: &[MotionState]) -> Result<f64> {
+    let (i, fastest) = largest(states, |s| s.omega.z);
+    if fastest > -SLOWEST {
+        return Err(Error::Infeasible {
+            reason: format!(
+                "the follower turns {:.2} times as fast as the driver about z, it must turn the other way, \
+                 −{SLOWEST} times as fast or faster",
+                fastest + 0.0
+            ),
+            place: at(cycle, i),
+            hint: "let own_turn fall with phi over the whole range".into(),
+        });
+    }
+    let turns = hub::net_turns(states.iter().map(|s| s.pose.quaternion()));
+    Ok(-turns / cycle.share())
 }
 
 /// Angle of the body's z axis against that of Σ, rad.
@@ -52,8 +80,8 @@ pub(super) fn tilt(state: &MotionState) -> f64 {
     axis.angle(&Vector3::z())
 }
 
-fn at(i: usize) -> String {
-    format!("φ = {:.1}°", phase(i).to_degrees())
+fn at(cycle: Cycle, i: usize) -> String {
+    format!("φ = {:.1}°", cycle.part(i, SAMPLES).to_degrees())
 }
 
 /// Index and value of the largest `measure`.
@@ -68,7 +96,7 @@ fn largest(states: &[MotionState], measure: impl Fn(&MotionState) -> f64) -> (us
         )
 }
 
-fn not_finite(states: &[MotionState]) -> Option<Problem> {
+fn not_finite(cycle: Cycle, states: &[MotionState]) -> Option<Problem> {
     let finite = |s: &MotionState| {
         s.pose.rotation.iter().all(|v| v.is_finite())
             && [
@@ -84,7 +112,7 @@ fn not_finite(states: &[MotionState]) -> Option<Problem> {
     let i = states.iter().position(|s| !finite(s))?;
     Some(Problem::new(
         "motion",
-        format!("pose or speed is not a finite number at {}", at(i)),
+        format!("pose or speed is not a finite number at {}", at(cycle, i)),
         "look for a division by zero, or sqrt, ln, asin outside their range",
     ))
 }
@@ -121,7 +149,7 @@ fn turn_between(a: &MotionState, b: &MotionState) -> f64 {
 }
 
 /// Leaving the motion space of the class: by how much, and where.
-fn outside_space(class: Class, states: &[MotionState]) -> Vec<Problem> {
+fn outside_space((class, cycle): (Class, Cycle), states: &[MotionState]) -> Vec<Problem> {
     let mut problems = Vec::new();
     if !class.is_spherical() {
         let (i, tilt) = largest(states, tilt);
@@ -131,7 +159,7 @@ fn outside_space(class: Class, states: &[MotionState]) -> Vec<Problem> {
                 format!(
                     "tilts by {:.3}° at {}; class {class} turns about z only",
                     tilt.to_degrees(),
-                    at(i)
+                    at(cycle, i)
                 ),
                 "use class 3R (or 3R1T with a stroke), or remove the tilt",
             ));
@@ -152,7 +180,7 @@ fn outside_space(class: Class, states: &[MotionState]) -> Vec<Problem> {
             "motion",
             format!(
                 "translates by {distance:.4} mm at {}; class {class} {allowed}",
-                at(i)
+                at(cycle, i)
             ),
             "put the origin of the follower's frame at the joint's centre; \
              1R1T and 3R1T can move along z",
@@ -162,8 +190,8 @@ fn outside_space(class: Class, states: &[MotionState]) -> Vec<Problem> {
 }
 
 /// Jumps of pose or twist, which formulas and corners of a curve can have.
-fn not_smooth(states: &[MotionState]) -> Option<Problem> {
-    let h = phase(1);
+fn not_smooth(cycle: Cycle, states: &[MotionState]) -> Option<Problem> {
+    let h = cycle.length() / SAMPLES as f64;
     states.windows(2).enumerate().find_map(|(i, pair)| {
         let (a, b) = (&pair[0], &pair[1]);
         let turn = turn_between(a, b) - h * a.omega.norm().max(b.omega.norm());
@@ -184,7 +212,11 @@ fn not_smooth(states: &[MotionState]) -> Option<Problem> {
         };
         Some(Problem::new(
             "motion",
-            format!("the {what} jumps between {} and {}", at(i), at(i + 1)),
+            format!(
+                "the {what} jumps between {} and {}",
+                at(cycle, i),
+                at(cycle, i + 1)
+            ),
             "gears need a smooth motion: round the corner off",
         ))
     })

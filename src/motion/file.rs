@@ -90,6 +90,11 @@ impl MotionFile {
         let settings = settings(table, &mut problems);
         problems.extend(settings.problems(class.unwrap_or(Class::R3)));
         let source = source::read(table, folder, &mut problems)?;
+        problems.extend(
+            source
+                .iter()
+                .flat_map(|source| settings.cycle_problems(source.cycle())),
+        );
         let motion = match (class, &source) {
             (Some(class), Some(source)) => match Motion::new(class, source) {
                 Err(Error::Input { problems: list, .. }) => {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use num_dual::Dual2_64;
 use serde::{Deserialize, Serialize};
 
+use super::cycle::Cycle;
 use super::document::as_key;
 use super::expression::{Constants, Expression, builtin_constants, is_taken};
 use super::jet::{PoseJet, QuaternionJet, about_vector, about_z, compose, z_to};
@@ -26,7 +27,33 @@ pub struct Formula {
     pub rotation: Option<[String; 3]>,
     /// Position of the joint centre, mm.
     pub translation: [String; 3],
+    /// Whether the driver turns on and on or goes there and back.
+    #[serde(skip_serializing_if = "DriveKind::is_turning")]
+    pub drive: DriveKind,
+    /// The range of a reciprocating driver, deg; 0 is in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_deg: Option<[f64; 2]>,
 }
+
+/// How the driver is driven.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DriveKind {
+    /// On and on.
+    #[default]
+    Turning,
+    /// There and back over a range: teeth fill a sector, nothing wraps, the net turn is free.
+    Reciprocating,
+}
+
+impl DriveKind {
+    fn is_turning(&self) -> bool {
+        *self == DriveKind::Turning
+    }
+}
+
+/// Shortest and longest range of a reciprocating driver, deg.
+const RANGE: [f64; 2] = [20.0, 330.0];
 
 impl Default for Formula {
     fn default() -> Self {
@@ -36,6 +63,8 @@ impl Default for Formula {
             axis: None,
             rotation: None,
             translation: ["0", "0", "0"].map(str::to_owned),
+            drive: DriveKind::Turning,
+            range_deg: None,
         }
     }
 }
@@ -60,6 +89,47 @@ enum Wobble {
 }
 
 impl Formula {
+    /// The phases that the motion runs through; a whole period where the range is none
+    /// ([`Formula::shape`] says so).
+    pub(super) fn cycle(&self) -> Cycle {
+        match (self.drive, self.range_deg) {
+            (DriveKind::Reciprocating, Some([from, to])) => {
+                Cycle::reciprocating(from.to_radians(), to.to_radians())
+            }
+            _ => Cycle::turning(),
+        }
+    }
+
+    fn range_problem(&self) -> Option<Problem> {
+        let [least, most] = RANGE;
+        let problem = |what: String, hint: &str| Some(Problem::new("motion.range_deg", what, hint));
+        let written = "write drive = \"reciprocating\" and range_deg = [-60, 60]";
+        match (self.drive, self.range_deg) {
+            (DriveKind::Turning, None) => None,
+            (DriveKind::Turning, Some(_)) => problem(
+                "is given, but drive is not \"reciprocating\"".into(),
+                written,
+            ),
+            (DriveKind::Reciprocating, None) => problem("is missing".into(), written),
+            (DriveKind::Reciprocating, Some([from, to])) => {
+                let length = to - from;
+                if !(least..=most).contains(&length) {
+                    let what =
+                        format!("goes from {from} to {to}, allowed are {least} to {most} degrees");
+                    return problem(what, "a driver that turns on needs no range");
+                }
+                (!(from <= 0.0 && to >= 0.0)).then(|| {
+                    let what = format!("goes from {from} to {to}, 0 must be in it");
+                    Problem::new(
+                        "motion.range_deg",
+                        what,
+                        "bodies are drawn at φ = 0: shift phi in the formulas",
+                    )
+                })
+            }
+        }
+    }
+
     /// Parses all expressions; all problems at once.
     pub(super) fn shape(&self) -> Result<FormulaShape, Problems> {
         let vectors = [self.axis.as_ref(), self.rotation.as_ref()];
@@ -72,6 +142,7 @@ impl Formula {
             return Err(vec![Problem::new("motion", what, hint)].into());
         }
         let mut problems = Problems::default();
+        problems.extend(self.range_problem());
         let constants = self.constant_values(&mut problems);
         let mut parse = |place: String, text: &str| {
             Expression::parse(text, &constants).unwrap_or_else(|what| {

@@ -4,8 +4,10 @@ mod change;
 mod checks;
 mod class;
 mod csv_numbers;
+mod cycle;
 mod derivative;
 pub(crate) mod document;
+mod drive;
 mod expression;
 pub(crate) mod file;
 mod formula;
@@ -22,6 +24,8 @@ mod table;
 
 pub use change::Change;
 pub use class::Class;
+pub use cycle::Cycle;
+pub use drive::Drive;
 pub use file::{MotionFile, unusable_name};
 pub use formula::Formula;
 pub use keyframes::{Keyframe, Keyframes};
@@ -62,6 +66,14 @@ impl Pose {
         self.rotation.transpose() * (p - self.translation)
     }
 
+    /// `self · other`: first `other`, then `self`.
+    pub fn mul(&self, other: &Pose) -> Pose {
+        Pose {
+            rotation: self.rotation * other.rotation,
+            translation: self.apply(other.translation),
+        }
+    }
+
     /// `self⁻¹ · other`: the pose of `other` seen from `self`.
     pub fn inverse_mul(&self, other: &Pose) -> Pose {
         let rt = self.rotation.transpose();
@@ -92,23 +104,6 @@ impl MotionState {
     pub fn velocity(&self, p: Vector3<f64>) -> Vector3<f64> {
         self.v_origin + self.omega.cross(&p)
     }
-
-    /// State of the driver at φ: rotation by φ about the line x = −L, y = 0, parallel to z.
-    pub fn driver(center_distance: f64, phi: f64) -> MotionState {
-        let axis_point = Vector3::new(-center_distance, 0.0, 0.0);
-        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), phi).into_inner();
-        let omega = Vector3::z();
-        MotionState {
-            pose: Pose {
-                rotation,
-                translation: axis_point - rotation * axis_point,
-            },
-            omega,
-            v_origin: -omega.cross(&axis_point),
-            omega_rate: Vector3::zeros(),
-            v_origin_rate: Vector3::zeros(),
-        }
-    }
 }
 
 /// A motion as the user gave it, self-contained (files inlined).
@@ -127,10 +122,23 @@ pub enum MotionSource {
     Path(Path),
 }
 
-/// The follower's motion M²(φ), 2π-periodic up to whole turns about its own axis.
+impl MotionSource {
+    /// The phases that the motion runs through; only formulas can be told to go there and back.
+    pub fn cycle(&self) -> Cycle {
+        match self {
+            MotionSource::Formula(formula) => formula.cycle(),
+            _ => Cycle::turning(),
+        }
+    }
+}
+
+/// The follower's motion M²(φ), 2π-periodic up to whole turns about its own axis, or over a range of φ.
 #[derive(Debug, Clone)]
 pub struct Motion {
     class: Class,
+    cycle: Cycle,
+    /// Mean speed at which the follower turns against the driver, per phase.
+    turning: f64,
     shape: Shape,
     align: UnitQuaternion<f64>,
     /// Share of the departure from the uniform turn; `None` is all of it.
@@ -174,13 +182,15 @@ impl Motion {
     /// # Errors
     /// [`crate::Error::Input`] when the source is not a motion of the class (all problems found);
     /// [`crate::Error::Infeasible`] when it is, but no gear can perform it: the follower does not
-    /// make −1 turn about its mean axis per period, or leans too far.
+    /// make −1 turn about its mean axis per period (in a range: does not turn against the driver all
+    /// the way), or leans too far.
     pub fn new(class: Class, source: &MotionSource) -> Result<Motion> {
         let shape = Shape::new(class, source)?;
+        let cycle = source.cycle();
         let identity = UnitQuaternion::identity();
         let align = if class.is_spherical() {
-            let axes = (0..checks::SAMPLES).map(|i| {
-                let rotation = shape.at(checks::phase(i)).state().pose.rotation;
+            let axes = cycle.phases(checks::SAMPLES).map(|phi| {
+                let rotation = shape.at(phi).state().pose.rotation;
                 rotation.row(2).transpose() / checks::SAMPLES as f64
             });
             // What is not a number is named by the checks below.
@@ -189,9 +199,11 @@ impl Motion {
         } else {
             identity
         };
-        checks::check(class, |phi| shape.at(phi).turned(&align).state())?;
+        let turning = checks::check((class, cycle), |phi| shape.at(phi).turned(&align).state())?;
         Ok(Motion {
             class,
+            cycle,
+            turning,
             shape,
             align,
             share: None,
@@ -205,6 +217,16 @@ impl Motion {
             share: Some(share),
             ..self.clone()
         }
+    }
+
+    /// The phases that it runs through.
+    pub fn cycle(&self) -> Cycle {
+        self.cycle
+    }
+
+    /// Mean speed at which the follower turns against the driver, per phase: 1 where it is periodic.
+    pub fn turning(&self) -> f64 {
+        self.turning
     }
 
     /// Class the motion belongs to.

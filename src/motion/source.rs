@@ -22,6 +22,8 @@ const KINDS: [(&str, &[&str]); 4] = [
             "axis",
             "rotation",
             "translation",
+            "drive",
+            "range_deg",
         ],
     ),
     ("path", &["kind", "file", "points", "own_turn", "radius_mm"]),

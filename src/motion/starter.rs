@@ -49,6 +49,8 @@ class = "{class}"            # {does}; also: {others}
 # Other kinds: "table" (poses in a CSV file), "keyframes" (poses in this file), "path" (a curve).
 kind = "formula"
 {motion}
+# drive = "reciprocating"        # the driver goes there and back, which frees the follower's net turn,
+# range_deg = [-60, 60]          # over these angles; 0 is among them
 {SETTINGS}"#,
         others = Class::ALL
             .into_iter()

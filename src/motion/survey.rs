@@ -1,8 +1,6 @@
 //! A motion looked at before anything is designed: how far it tilts and slides, how fast it changes,
 //! and which joint it needs.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -10,7 +8,7 @@ use super::checks::{SPACE_MM, SPACE_RAD, tilt};
 use super::{Class, Motion, MotionState, hub};
 
 /// Phases looked at per period.
-const PHASES: u32 = 360;
+const PHASES: usize = 360;
 
 /// Sharpness up to which gears are usually found, and above which they rarely are, as parts of the
 /// pitch radius: 10 and 12 mm/rad² at the centre distance of 25 mm, where it was measured.
@@ -91,10 +89,6 @@ pub struct Survey {
     pub samples: Vec<Sample>,
 }
 
-fn phase(i: u32) -> f64 {
-    TAU * f64::from(i) / f64::from(PHASES)
-}
-
 /// Where the motion changes fastest, for a centre distance in mm.
 pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
     let radius = center_distance / 2.0;
@@ -102,8 +96,10 @@ pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
         let state = motion.state(phi);
         state.omega_rate.norm() * radius + state.v_origin_rate.norm()
     };
-    let (phi, most) = (0..PHASES)
-        .map(|i| (phase(i), change(phase(i))))
+    let (phi, most) = motion
+        .cycle()
+        .phases(PHASES)
+        .map(|phi| (phi, change(phi)))
         .fold((0.0, 0.0), |best, at| if at.1 > best.1 { at } else { best });
     Sharpness {
         most_mm_rad2: most,
@@ -143,6 +139,7 @@ pub fn survey(motion: &Motion, center_distance: f64, point: Vector3<f64>) -> Sur
 }
 
 fn samples(motion: &Motion, point: Vector3<f64>) -> Vec<Sample> {
+    let phase = |i: usize| motion.cycle().part(i, PHASES);
     let states: Vec<MotionState> = (0..=PHASES).map(|i| motion.state(phase(i))).collect();
     let turns = hub::unwrapped(states.iter().map(|s| s.pose.quaternion()));
     (0..=PHASES)
@@ -162,7 +159,12 @@ fn samples(motion: &Motion, point: Vector3<f64>) -> Vec<Sample> {
 
 /// The first class whose motion space the motion stays in, in the frame it was given in.
 fn least_class(motion: &Motion) -> Class {
-    let poses = || (0..PHASES).map(|i| motion.user_pose(phase(i)));
+    let poses = || {
+        motion
+            .cycle()
+            .phases(PHASES)
+            .map(|phi| motion.user_pose(phi))
+    };
     let tilts = poses().any(|pose| pose.rotation.column(2).angle(&Vector3::z()) > SPACE_RAD);
     let slides = poses().any(|pose| pose.translation.z.abs() > SPACE_MM);
     match (tilts, slides) {

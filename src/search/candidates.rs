@@ -161,8 +161,17 @@ impl Workshop {
         let axes: Vec<_> = (0..count)
             .map(|j| band.bead_axis(&self.grid, j, gear, self.margins.bead_radius, 3))
             .collect();
-        (0..count).any(|j| {
-            let next = &axes[(j + 1) % count];
+        let last = count - usize::from(!self.grid.cycle.wraps());
+        (0..last).any(|j| {
+            // Behind the last tooth the next copy of the first one stands.
+            let copy = match gear {
+                Gear::Driver if j + 1 == count => self.grid.drive.copy(1),
+                _ => self.grid.drive.copy(0),
+            };
+            let next: Vec<_> = axes[(j + 1) % count]
+                .iter()
+                .map(|&p| copy.apply(p))
+                .collect();
             let near = axes[j]
                 .iter()
                 .flat_map(|a| next.iter().map(move |b| (a - b).norm_squared()))
@@ -187,7 +196,9 @@ impl Workshop {
     pub fn draw(&self, rng: &mut impl Rng) -> BandLaw {
         let s = self.scale;
         let sign = |rng: &mut dyn Rng| if rng.random::<bool>() { 1.0 } else { -1.0 };
-        let pitch = std::f64::consts::PI * 25.0 / self.grid.teeth.len() as f64;
+        let (drive, turning) = (self.grid.drive, self.grid.turning);
+        let around = drive.follower_share(turning) * turning * self.grid.cycle.share();
+        let pitch = around * std::f64::consts::PI * 25.0 / self.grid.teeth.len() as f64;
         let travel = rng.random_range(0.6..1.5) * pitch * s * sign(rng);
         let z = if self.class.is_spherical() {
             // Room for as many bands above each other as one side of the ball has to take.

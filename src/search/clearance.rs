@@ -10,17 +10,20 @@ use super::swept::{Fins, Run, Sweep, Swept};
 use crate::contact::Grid;
 use crate::design::Gear;
 use crate::envelope::{BallJoint, Envelope};
-use crate::motion::{Motion, MotionState, Pose};
+use crate::motion::{Drive, Motion, Pose};
 use crate::settings::{FlankRadius, Settings};
+use crate::solid::sweep;
 use crate::sub_gear::{Band, Flaw};
 
 /// One sampled phase.
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
-    /// Teeth that can be near the mesh: within [`MESH_WINDOW`] of their contact.
-    pub meshing: Vec<bool>,
-    /// How far each tooth is before or after its contact, rad; 0 during it.
+    /// Teeth of driver and follower that can be near the mesh: within [`MESH_WINDOW`] of their contact.
+    pub meshing: [Vec<bool>; 2],
+    /// How far each tooth pair is before or after its contact, rad; 0 during it.
     pub apart: Vec<f64>,
+    /// Number on the driver of the tooth that each of the follower's meets.
+    pub mates: Vec<usize>,
     /// Follower seen from the driver, and the other way round.
     pub follower_in_driver: Pose,
     pub driver_in_follower: Pose,
@@ -33,7 +36,13 @@ pub(super) struct Phase {
 #[derive(Debug, Clone)]
 pub struct Scene {
     envelope: Envelope,
-    center_distance: f64,
+    drive: Drive,
+    /// Tooth pairs of a band.
+    pairs: usize,
+    /// Whether the first tooth follows the last.
+    wraps: bool,
+    /// Mean speed at which the follower turns against the driver, per phase.
+    turning: f64,
     /// Phases of the turn, in an order that visits far ones first.
     phases: Vec<Phase>,
     radii: Radii,
@@ -48,33 +57,47 @@ pub struct Scene {
 impl Scene {
     /// Tabulates `count` phases of the motion; `stride` thins the stations of a tooth.
     pub fn new(motion: &Motion, settings: &Settings, count: usize, stride: usize) -> Scene {
-        let l = settings.gear.center_distance_mm;
+        let drive = settings.gear.drive();
+        let l = drive.center_distance();
         let envelope = Envelope::new(motion, settings);
         // Golden-ratio stride: any prefix of the list covers the turn evenly.
         let step = (1..count)
             .filter(|s| gcd(*s, count) == 1)
             .min_by_key(|s| (*s as f64 - 0.618 * count as f64).abs() as usize)
             .unwrap_or(1);
-        let teeth = settings.gear.teeth;
-        let turn = std::f64::consts::TAU;
-        // Tooth j is in mid contact in the middle of its share of the turn.
-        let away = |phi: f64, j: usize| {
-            let away = (phi - (j as f64 + 0.5) * turn / teeth as f64).rem_euclid(turn);
-            away.min(turn - away)
-        };
-        let half = 0.5 * settings.gear.contact_ratio * turn / teeth as f64;
+        let cycle = motion.cycle();
+        let teeth = cycle.pairs(settings.gear.tooth_pairs());
+        let turning = motion.turning();
+        // Tooth j is in mid contact in the middle of its share of the cycle.
+        let pitch = cycle.length() / teeth as f64;
+        let middle = |j: usize| cycle.start() + (j as f64 + 0.5) * pitch;
+        let away = |phi: f64, j: usize, turns: usize| cycle.away(phi, middle(j), turns);
+        let half = 0.5 * settings.gear.contact_ratio * pitch;
+        let all: Vec<f64> = cycle.phases(count).collect();
         let phases = (0..count)
             .map(|i| {
-                let phi = ((i * step) % count) as f64 * turn / count as f64;
-                let mut driver = MotionState::driver(l, phi).pose;
+                let phi = all[(i * step) % count];
+                let mut driver = drive.state(phi).pose;
                 let mut follower = motion.state(phi).pose;
                 let follower_in_driver = driver.inverse_mul(&follower);
                 let driver_in_follower = follower.inverse_mul(&driver);
                 driver.translation -= motion.joint_centre(phi);
                 follower.translation -= motion.joint_centre(phi);
                 Phase {
-                    meshing: (0..teeth).map(|j| away(phi, j) < MESH_WINDOW).collect(),
-                    apart: (0..teeth).map(|j| (away(phi, j) - half).max(0.0)).collect(),
+                    meshing: [
+                        (0..teeth * drive.copies())
+                            .map(|j| drive.rate() * away(phi, j, drive.copies()) < MESH_WINDOW)
+                            .collect(),
+                        (0..teeth)
+                            .map(|j| turning * away(phi, j, 1) < MESH_WINDOW)
+                            .collect(),
+                    ],
+                    apart: (0..teeth)
+                        .map(|j| (away(phi, j, 1) - half).max(0.0))
+                        .collect(),
+                    mates: (0..teeth)
+                        .map(|j| j + teeth * drive.nearest(phi, middle(j)))
+                        .collect(),
                     follower_in_driver,
                     driver_in_follower,
                     driver,
@@ -93,7 +116,10 @@ impl Scene {
         };
         Scene {
             envelope,
-            center_distance: l,
+            drive,
+            pairs: teeth,
+            wraps: cycle.wraps(),
+            turning,
             phases,
             radii: Radii {
                 bead: r,
@@ -147,7 +173,37 @@ impl Scene {
     }
 
     pub(super) fn center_distance(&self) -> f64 {
-        self.center_distance
+        self.drive.center_distance()
+    }
+
+    /// Tooth pairs of a band.
+    pub(super) fn pairs(&self) -> usize {
+        self.pairs
+    }
+
+    /// Whether the first tooth of a band follows the last.
+    pub(super) fn wraps(&self) -> bool {
+        self.wraps
+    }
+
+    /// How often each tooth of a band stands on `gear`.
+    pub(super) fn copies(&self, gear: Gear) -> usize {
+        sweep::copies(self.drive, gear)
+    }
+
+    /// Where tooth number `number` on the driver stands, seen from the one that it is a copy of.
+    pub(super) fn copy(&self, number: usize) -> Pose {
+        self.drive.copy(number / self.pairs)
+    }
+
+    /// Follower seen from the driver as tooth pair `j` meets there, and the other way round.
+    pub(super) fn mate_poses(&self, phase: &Phase, j: usize) -> [Pose; 2] {
+        let poses = [phase.follower_in_driver, phase.driver_in_follower];
+        if phase.mates[j] < self.pairs {
+            return poses;
+        }
+        let copy = self.copy(phase.mates[j]);
+        [copy.inverse_mul(&poses[0]), poses[1].mul(&copy)]
     }
 
     /// Distance of balls along a rib, mm.
@@ -161,8 +217,12 @@ impl Scene {
     }
 
     /// Radius on which fins are unrolled, mm.
-    pub(super) fn fin_radius(&self) -> f64 {
-        FIN_RADIUS * self.center_distance
+    pub(super) fn fin_radius(&self, gear: Gear) -> f64 {
+        let share = match gear {
+            Gear::Driver => 2.0 - self.drive.follower_share(self.turning),
+            Gear::Follower => self.drive.follower_share(self.turning),
+        };
+        FIN_RADIUS * share * self.center_distance()
     }
 
     /// Of beads along these axes on driver and follower.
@@ -177,7 +237,7 @@ impl Scene {
 
     pub(super) fn axis(&self, gear: Gear) -> Vector3<f64> {
         match gear {
-            Gear::Driver => Vector3::new(-self.center_distance, 0.0, 0.0),
+            Gear::Driver => self.drive.axis_point(),
             Gear::Follower => Vector3::zeros(),
         }
     }
@@ -205,7 +265,13 @@ impl Scene {
             }
             balls
         };
-        (0..band.teeth.len()).map(tooth).collect()
+        let own: Vec<ToothBalls> = (0..band.teeth.len()).map(tooth).collect();
+        let mut all = own.clone();
+        for copy in 1..self.copies(gear) {
+            let pose = self.drive.copy(copy);
+            all.extend(own.iter().map(|tooth| tooth.moved(&pose)));
+        }
+        all
     }
 
     /// Rib from a bead down to the hub.
@@ -253,11 +319,11 @@ impl Scene {
         (0..band.teeth.len()).all(|j| {
             let gears = [Gear::Driver, Gear::Follower];
             let mates = self.mate(gears.map(|gear| band.bead_axis(grid, j, gear, radius, 1)));
-            let near = |phase: &&Phase| phase.meshing[j];
-            self.phases
-                .iter()
-                .filter(near)
-                .all(|p| mates.clear(&p.follower_in_driver, &p.driver_in_follower))
+            let near = |phase: &&Phase| phase.meshing[Gear::Follower as usize][j];
+            self.phases.iter().filter(near).all(|phase| {
+                let [follower, driver] = self.mate_poses(phase, j);
+                mates.clear(&follower, &driver)
+            })
         })
     }
 
@@ -269,7 +335,7 @@ impl Scene {
             let bead = band.bead_axis(grid, j, gear, middle, self.stride);
             bead.iter().map(|p| p - axis).collect()
         });
-        Fins::new(beads, self.fin_radius())
+        Fins::new(beads, self.fin_radius(gear), self.copies(gear))
     }
 
     /// Driver balls against the follower's hub (an endless cylinder) and the socket ring, and within the
@@ -277,7 +343,7 @@ impl Scene {
     fn clear_of_follower_hub(&self, driver: &[ToothBalls]) -> Result<(), Flaw> {
         let (axis, reach) = (
             self.axis(Gear::Driver),
-            REACH * self.center_distance - self.gap,
+            REACH * self.center_distance() - self.gap,
         );
         let outside = |balls: &[Vector3<f64>], radius: f64| {
             let limit = (reach - radius).max(0.0).powi(2);
@@ -305,14 +371,15 @@ impl Scene {
         Ok(())
     }
 
-    /// Balls, centre and radius, of the teeth that can be near the mesh.
+    /// Balls, centre and radius, of the driver's teeth that can be near the mesh.
     fn meshing<'a>(
         &self,
         teeth: &'a [ToothBalls],
         phase: &'a Phase,
     ) -> impl Iterator<Item = (Vector3<f64>, f64)> + use<'a> {
         let Radii { bead, rib } = self.radii;
-        let near = teeth.iter().zip(&phase.meshing).filter(|(_, near)| **near);
+        let meshing = &phase.meshing[Gear::Driver as usize];
+        let near = teeth.iter().zip(meshing).filter(|(_, near)| **near);
         near.flat_map(move |(tooth, _)| {
             let beads = tooth.beads.iter().map(move |&c| (c, bead));
             beads.chain(tooth.ribs.iter().map(move |&c| (c, rib)))
@@ -348,12 +415,12 @@ impl Scene {
     fn sweep(&self, follower: &[ToothBalls]) -> Result<(Sweep, Vec<Run>), Flaw> {
         let axis = self.axis(Gear::Driver);
         let hub = self.envelope.driver_hub_radius + self.gap;
-        let reach = REACH * self.center_distance;
-        let mut sweep = Sweep::empty(self.center_distance, self.radii);
+        let reach = REACH * self.center_distance();
+        let mut sweep = Sweep::empty(self.center_distance(), self.radii);
         let mut runs = Vec::new();
         for phase in &self.phases {
             for (j, tooth) in follower.iter().enumerate() {
-                if !phase.meshing[j] {
+                if !phase.meshing[Gear::Follower as usize][j] {
                     continue;
                 }
                 for (balls, radius, push) in [
@@ -376,7 +443,7 @@ impl Scene {
                         }
                     }
                 }
-                runs.push(sweep.run(j as u8));
+                runs.push(sweep.run(phase.mates[j] as u8));
             }
         }
         sweep.trim();
@@ -394,7 +461,8 @@ impl Scene {
 /// no test.
 pub(super) const REACH: f64 = 0.84;
 
-/// Radius on which fins are unrolled, as a share of the centre distance: half way up a fin.
+/// Radius on which fins are unrolled, as a share of the centre distance, where both gears have as many
+/// teeth: half way up a fin.
 const FIN_RADIUS: f64 = 0.36;
 
 /// Corners of flat flanks stand out so far over a round bead, mm at L = 25.

@@ -2,12 +2,25 @@
 
 use nalgebra::Vector3;
 
+use crate::motion::Pose;
+
 /// Balls of one tooth with its rib, in the frame of its gear: centres, mm.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ToothBalls {
     /// Of the bead; all of one radius, as those of the rib.
     pub beads: Vec<Vector3<f64>>,
     pub ribs: Vec<Vector3<f64>>,
+}
+
+impl ToothBalls {
+    /// The balls as `pose` moves them.
+    pub fn moved(&self, pose: &Pose) -> ToothBalls {
+        let moved = |balls: &Vec<Vector3<f64>>| balls.iter().map(|&c| pose.apply(c)).collect();
+        ToothBalls {
+            beads: moved(&self.beads),
+            ribs: moved(&self.ribs),
+        }
+    }
 }
 
 /// Radii of a gear's balls, mm.

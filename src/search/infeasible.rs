@@ -16,6 +16,8 @@ pub(super) fn no_band(
     tooth: &str,
 ) -> Error {
     let worst = flaws.iter().max_by_key(|(_, count)| **count);
+    let gear = &settings.gear;
+    let unequal = unequal(settings);
     let (reason, hint) = match worst.map(|(flaw, _)| *flaw) {
         Some(Flaw::Hub | Flaw::Joint) => (
             "the motion range is so large that the follower reaches the driver's hub or the socket",
@@ -31,18 +33,27 @@ pub(super) fn no_band(
             "thinner teeth, fewer teeth, or a smaller contact ratio",
         ),
     };
+    let reason = match unequal.is_empty() {
+        true => reason.into(),
+        false => format!(
+            "{reason}; with {} teeth on the driver and {} on the follower they stand closer together and more \
+             of them are near teeth that are not their mates",
+            gear.teeth_on_driver(),
+            gear.tooth_pairs()
+        ),
+    };
     let counts: Vec<String> = flaws
         .iter()
         .map(|(flaw, count)| format!("{count} {flaw}"))
         .collect();
     Error::Infeasible {
-        reason: reason.into(),
+        reason,
         place: format!(
             "{}; {tooth}none of {drawn} candidate bands is usable: {}",
             sharpest(motion, settings),
             counts.join(", ")
         ),
-        hint: hint.into(),
+        hint: format!("{unequal}{hint}"),
     }
 }
 
@@ -53,12 +64,13 @@ pub(super) fn worst_tooth(workshop: &Workshop, settings: &Settings) -> String {
     let Some(j) = worst.filter(|&j| failures[j] >= MANY) else {
         return String::new();
     };
-    let pitch = 360.0 / failures.len() as f64;
+    let cycle = workshop.grid.cycle;
+    let edge = |j: usize| cycle.part(j, failures.len()).to_degrees();
     format!(
         "tooth {} (φ = {:.0}° to {:.0}°) fails by itself in {} of {TRIED} bands, whatever their height; ",
         j + 1,
-        j as f64 * pitch,
-        (j + 1) as f64 * pitch,
+        edge(j),
+        edge(j + 1),
         failures[j]
     )
 }
@@ -121,10 +133,27 @@ pub(super) fn no_choice(
             sharpest(motion, settings)
         ),
         hint: format!(
-            "{fewer}smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
-            settings.gear.tooth_thickness_mm, settings.search.effort
+            "{}{fewer}smaller tilt or stroke, thinner teeth (gear.tooth_thickness_mm = {}), or search.effort above {}",
+            unequal(settings),
+            settings.gear.tooth_thickness_mm,
+            settings.search.effort
         ),
     }
+}
+
+/// What helps where the driver has more teeth than the follower; empty where it has not.
+fn unequal(settings: &Settings) -> String {
+    let drive = settings.gear.drive();
+    if drive.copies() == 1 {
+        return String::new();
+    }
+    // Where teeth stand as far apart as those of equal gears.
+    let distance = drive.center_distance() / drive.follower_share(1.0);
+    format!(
+        "a larger gear.center_distance_mm (at {distance:.1} teeth stand as far apart as with equal numbers), or \
+         gear.driver_teeth = {}; ",
+        settings.gear.tooth_pairs()
+    )
 }
 
 /// Where the motion changes fastest, as a phrase.

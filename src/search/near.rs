@@ -70,7 +70,7 @@ impl Scene {
     pub(super) fn places(&self, bands: &[Vec<Tooth>], spacing: f64, window: f64) -> Vec<Place> {
         let gears = [Gear::Driver, Gear::Follower];
         let [driver, follower] = gears.map(|gear| -> Bodies {
-            let band = |band: &Vec<Tooth>| band.iter().map(|t| self.body(t, gear)).collect();
+            let band = |band: &Vec<Tooth>| self.bodies(band, gear);
             bands.iter().map(band).collect()
         });
         let count = bands.len();
@@ -91,6 +91,31 @@ impl Scene {
             places.extend(self.fins_apart((a, &bands[a]), (b, &bands[b]), window));
         }
         places
+    }
+
+    /// A band's teeth as they stand around `gear`.
+    fn bodies(&self, band: &[Tooth], gear: Gear) -> Vec<Body> {
+        let mut bodies: Vec<Body> = band.iter().map(|t| self.body(t, gear)).collect();
+        for number in band.len()..self.copies(gear) * band.len() {
+            let copy = bodies[number % band.len()].seen(&self.copy(number));
+            bodies.push(copy);
+        }
+        bodies
+    }
+
+    /// On the bead of the tooth of a band that stands at `number` on a gear, in whose frame `way` is.
+    fn spot(
+        &self,
+        (band, number, gear): (usize, usize, usize),
+        station: usize,
+        way: Vector3<f64>,
+    ) -> Spot {
+        let tooth = number % self.pairs();
+        let way = match number == tooth {
+            true => way,
+            false => self.copy(number).rotation.transpose() * way,
+        };
+        Spot::on_bead((band, tooth, gear), station, way)
     }
 
     fn body(&self, tooth: &Tooth, gear: Gear) -> Body {
@@ -127,13 +152,13 @@ impl Scene {
         let spot = |of: (usize, usize, usize), s: Site, way| Spot {
             layer: s.layer,
             share: s.share,
-            ..Spot::on_bead(of, s.spoke * self.stride(), way)
+            ..self.spot(of, s.spoke * self.stride(), way)
         };
         let mut places = Vec::new();
-        for (b, k) in meshing(phase, follower) {
+        for (b, k) in meshing(phase, Gear::Follower, follower.len()) {
             let seen = follower[b][k].seen(&phase.follower_in_driver);
-            for (a, j) in meshing(phase, driver) {
-                if (a, j) == (b, k) || !seen.may_reach(&driver[a][j], reach) {
+            for (a, j) in meshing(phase, Gear::Driver, driver.len()) {
+                if (a, j) == (b, phase.mates[k]) || !seen.may_reach(&driver[a][j], reach) {
                     continue;
                 }
                 let room = if a == b { self.room(f64::MAX) } else { 0.0 };
@@ -237,11 +262,14 @@ impl Scene {
         let mut places = Vec::new();
         for (j, tooth) in band.iter().enumerate() {
             let pair = self.mate(tooth.beads.each_ref().map(|layers| layers[0].clone()));
-            for phase in self.phases().iter().filter(|p| p.meshing[j]) {
-                let poses = [&phase.follower_in_driver, &phase.driver_in_follower];
+            let near = |p: &&Phase| p.meshing[Gear::Follower as usize][j];
+            for phase in self.phases().iter().filter(near) {
+                let poses = self.mate_poses(phase, j);
                 let room = self.room(phase.apart[j]);
-                for mates::Meeting { slack, at, way } in pair.meetings(poses, window + room) {
-                    let back = phase.follower_in_driver.rotation.transpose();
+                for mates::Meeting { slack, at, way } in
+                    pair.meetings(poses.each_ref(), window + room)
+                {
+                    let back = poses[0].rotation.transpose();
                     places.push(Place {
                         slack: slack - room,
                         spots: vec![spot(j, 0, at[0], -way), spot(j, 1, at[1], back * way)],
@@ -271,7 +299,7 @@ impl Scene {
                 let near: Vec<Pose> = self
                     .phases()
                     .iter()
-                    .filter(|p| p.meshing[j])
+                    .filter(|p| p.meshing[gear as usize][j])
                     .map(pose)
                     .collect();
                 for (i, spoke) in body.spokes.iter().enumerate() {
@@ -286,7 +314,8 @@ impl Scene {
                     }
                     let mut note = |slack: f64, way: Vector3<f64>| {
                         if slack < window {
-                            let spot = Spot::on_bead((b, j, gear as usize), i * self.stride(), way);
+                            let at = (b, j, gear as usize);
+                            let spot = self.spot(at, i * self.stride(), way);
                             places.push(Place {
                                 slack,
                                 spots: vec![spot],
@@ -345,7 +374,7 @@ impl Scene {
                     let mut nearest: Option<(f64, f64, Vector3<f64>, &Pose)> = None;
                     for phase in self.phases() {
                         let pose = match gear {
-                            Gear::Driver if !phase.meshing[j] => continue,
+                            Gear::Driver if !phase.meshing[0][j] => continue,
                             Gear::Driver => &phase.driver,
                             Gear::Follower => &phase.follower,
                         };
@@ -366,7 +395,7 @@ impl Scene {
                         let way = pose.rotation.transpose() * way;
                         let spot = Spot {
                             share,
-                            ..Spot::on_bead((b, j, gear as usize), i * self.stride(), way)
+                            ..self.spot((b, j, gear as usize), i * self.stride(), way)
                         };
                         places.push(Place {
                             slack,
@@ -383,17 +412,22 @@ impl Scene {
     fn neighbours(&self, b: usize, band: &[Tooth], spacing: f64, window: f64) -> Vec<Place> {
         let mut places = Vec::new();
         for gear in 0..2 {
-            for j in 0..band.len() {
+            for j in 0..band.len() - usize::from(!self.wraps()) {
                 let next = (j + 1) % band.len();
                 let [a, o] = [j, next].map(|t| &band[t].beads[gear][0]);
+                // Behind the last tooth the next copy of the first one stands.
+                let copy = match gear == 0 && next == 0 {
+                    true => self.copy(band.len()),
+                    false => self.copy(0),
+                };
                 for i in (0..a.len()).step_by(NEIGHBOURS) {
                     let nearest = (0..o.len()).step_by(NEIGHBOURS);
                     let nearest = nearest.min_by(|x, y| {
-                        let d = |k: usize| (o[k] - a[i]).norm_squared();
+                        let d = |k: usize| (copy.apply(o[k]) - a[i]).norm_squared();
                         d(*x).total_cmp(&d(*y))
                     });
                     let Some(k) = nearest else { continue };
-                    let d = o[k] - a[i];
+                    let d = copy.apply(o[k]) - a[i];
                     let slack = d.norm() - spacing;
                     if slack < window {
                         let way = d.normalize();
@@ -402,7 +436,10 @@ impl Scene {
                         };
                         places.push(Place {
                             slack,
-                            spots: vec![spot(j, i, -way), spot(next, k, way)],
+                            spots: vec![
+                                spot(j, i, -way),
+                                spot(next, k, copy.rotation.transpose() * way),
+                            ],
                         });
                     }
                 }
@@ -419,10 +456,10 @@ impl Scene {
         window: f64,
     ) -> Vec<Place> {
         let limit = self.fins_limit();
-        let radius = self.fin_radius();
-        let turn = std::f64::consts::TAU * radius;
         let mut places = Vec::new();
         for gear in [Gear::Driver, Gear::Follower] {
+            let radius = self.fin_radius(gear);
+            let turn = std::f64::consts::TAU * radius / self.copies(gear) as f64;
             let axis = self.axis(gear);
             let unroll = |band: &[Tooth]| -> Vec<Vec<[f64; 2]>> {
                 let line = |tooth: &Tooth| {
@@ -576,10 +613,11 @@ impl Spoke {
     }
 }
 
-/// Band and tooth of those that can be near the mesh.
-fn meshing(phase: &Phase, bodies: &Bodies) -> impl Iterator<Item = (usize, usize)> {
-    let teeth = (0..phase.meshing.len()).filter(|&j| phase.meshing[j]);
-    (0..bodies.len()).flat_map(move |b| teeth.clone().map(move |j| (b, j)))
+/// Band and number of those teeth of a gear with so many `bands` that can be near the mesh.
+fn meshing(phase: &Phase, gear: Gear, bands: usize) -> impl Iterator<Item = (usize, usize)> {
+    let meshing = &phase.meshing[gear as usize];
+    let teeth = (0..meshing.len()).filter(|&j| meshing[j]);
+    (0..bands).flat_map(move |b| teeth.clone().map(move |j| (b, j)))
 }
 
 /// Point of a rib that is nearest to `p`, with its share.

@@ -20,13 +20,14 @@ pub(super) struct Fins {
     teeth: Vec<Vec<[f64; 2]>>,
     /// Lowest and highest z of each.
     ranges: Vec<[f64; 2]>,
-    /// Arc of a full turn.
+    /// Arc after which the teeth repeat themselves.
     turn: f64,
 }
 
 impl Fins {
-    /// Unrolls the bead axes of all teeth on a cylinder, points relative to the gear's axis.
-    pub fn new(beads: impl Iterator<Item = Vec<Vector3<f64>>>, radius: f64) -> Fins {
+    /// Unrolls the bead axes of the teeth on a cylinder, points relative to the gear's axis, around which
+    /// they stand `copies` times.
+    pub fn new(beads: impl Iterator<Item = Vec<Vector3<f64>>>, radius: f64, copies: usize) -> Fins {
         let unrolled = |p: &Vector3<f64>| [radius * p.y.atan2(p.x), p.z];
         let teeth: Vec<Vec<[f64; 2]>> = beads
             .map(|bead| bead.iter().map(unrolled).collect())
@@ -39,7 +40,7 @@ impl Fins {
         Fins {
             ranges: teeth.iter().map(range).collect(),
             teeth,
-            turn: std::f64::consts::TAU * radius,
+            turn: std::f64::consts::TAU * radius / copies as f64,
         }
     }
 
@@ -59,8 +60,8 @@ impl Fins {
     fn keeps(&self, a: &[[f64; 2]], b: &[[f64; 2]], limit: f64) -> bool {
         a.iter().all(|p| {
             b.iter().all(|q| {
-                let arc = (p[0] - q[0]).abs();
-                let arc = arc.min(self.turn - arc);
+                let arc = p[0] - q[0];
+                let arc = arc - self.turn * (arc / self.turn).round();
                 arc * arc + (p[1] - q[1]).powi(2) >= limit * limit
             })
         })

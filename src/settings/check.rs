@@ -1,11 +1,17 @@
 //! Which values make sense, alone and together.
 
-use super::{FLATTEST, FlankRadius, PairCount, Settings};
+use super::{FLATTEST, FlankRadius, Method, PairCount, Settings, ToothCount};
 use crate::Problem;
-use crate::motion::Class;
+use crate::motion::{Class, Cycle};
 
 /// Teeth of all bands of a gear.
 const MOST_TEETH: usize = 480;
+
+/// Teeth of a band of the driver.
+const MOST_ON_DRIVER: usize = 180;
+
+/// How many times as many teeth as the follower the driver may have.
+const MOST_TIMES: usize = 6;
 
 /// Collects what is out of range.
 #[derive(Default)]
@@ -49,6 +55,25 @@ impl Settings {
         checker.problems
     }
 
+    /// What does not go with a driver that runs through `cycle`.
+    pub fn cycle_problems(&self, cycle: Cycle) -> Vec<Problem> {
+        let mut checker = Checker::default();
+        let gear = &self.gear;
+        checker.holds(
+            "gear.driver_teeth",
+            !cycle.wraps() && gear.teeth_on_driver() != gear.tooth_pairs(),
+            "is given for a reciprocating driver, whose follower may turn at any rate".into(),
+            "leave it out; own_turn says how fast the follower turns",
+        );
+        checker.holds(
+            "search.method",
+            !cycle.wraps() && self.search.method == Method::Paper,
+            "\"paper\" knows no reciprocating driver".into(),
+            "search.method = \"exact\"",
+        );
+        checker.problems
+    }
+
     fn check_ranges(&self, c: &mut Checker) {
         let Settings {
             gear,
@@ -66,6 +91,34 @@ impl Settings {
             500.0,
         );
         c.count("gear.teeth", gear.teeth, 3, 60);
+        let (driver, follower) = (gear.teeth_on_driver(), gear.tooth_pairs());
+        if let ToothCount::Fixed(teeth) = gear.driver_teeth {
+            c.count("gear.driver_teeth", teeth, 3, MOST_ON_DRIVER);
+        }
+        if let ToothCount::Fixed(teeth) = gear.follower_teeth {
+            c.count("gear.follower_teeth", teeth, 3, 60);
+        }
+        let times = (driver / follower.max(1)).clamp(1, MOST_TIMES);
+        let [less, more] = [times, times + 1].map(|n| n.saturating_mul(follower));
+        let works = match times < MOST_TIMES && more <= MOST_ON_DRIVER {
+            true => format!("{less} or {more}"),
+            false => less.to_string(),
+        };
+        c.holds(
+            "gear.driver_teeth",
+            driver > MOST_TIMES.saturating_mul(follower) || !driver.is_multiple_of(follower.max(1)),
+            format!(
+                "is {driver}, no multiple (up to {MOST_TIMES} times) of the {follower} teeth of the follower: a \
+                 tooth would have to fit several that move differently"
+            ),
+            &format!("{works} teeth on the driver"),
+        );
+        c.holds(
+            "gear.driver_teeth",
+            driver != follower && search.method == Method::Paper,
+            format!("is {driver}, the follower has {follower}: search.method \"paper\" knows equal numbers only"),
+            "equal numbers, or search.method = \"exact\"",
+        );
         c.range(
             "gear.tooth_thickness_mm",
             gear.tooth_thickness_mm,
@@ -156,10 +209,10 @@ impl Settings {
             );
             c.holds(
                 "gear.sub_gear_pairs",
-                k * gear.teeth > MOST_TEETH,
+                k * gear.teeth_on_driver() > MOST_TEETH,
                 format!(
-                    "is {k}, with gear.teeth = {} more than {MOST_TEETH} teeth on a gear",
-                    gear.teeth
+                    "is {k}, with {} teeth in a band more than {MOST_TEETH} teeth on a gear",
+                    gear.teeth_on_driver()
                 ),
                 "fewer bands or fewer teeth in each; bodies of so many teeth take minutes to build",
             );
@@ -211,14 +264,16 @@ impl Settings {
             ),
             "the root would reach beyond the axis",
         );
-        let pitch = std::f64::consts::PI * gear.center_distance_mm / gear.teeth.max(1) as f64;
+        let around = gear.drive().follower_pitch_radius(1.0) * std::f64::consts::TAU;
+        let pitch = around / gear.tooth_pairs().max(1) as f64;
         let needed = 2.0 * (thickness + fit.clearance_mm);
         c.holds(
             "gear.teeth",
             pitch < needed,
             format!(
                 "{} teeth at center_distance_mm = {} are {pitch:.2} mm apart, two teeth with their gaps need {needed:.2} mm",
-                gear.teeth, gear.center_distance_mm
+                gear.tooth_pairs(),
+                gear.center_distance_mm
             ),
             "fewer or thinner teeth, or a larger centre distance",
         );

@@ -7,13 +7,13 @@ use super::kernel::{self, Solid};
 use super::recipe::{Body, Recipe};
 use super::{Mesh, layout, primitive, rib, sweep};
 use crate::design::{Design, Gear};
-use crate::motion::{Motion, Pose};
+use crate::motion::{Drive, Motion, Pose};
 use crate::{Error, Result};
 
 /// How a body moves with φ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
-    /// Turns by +φ about the driver axis.
+    /// Turns about the driver axis.
     Driver,
     /// Follows M²(φ).
     Follower,
@@ -26,9 +26,9 @@ pub enum Carrier {
 impl Carrier {
     /// Pose in Σ, at `phi`, of a body whose mesh is given in its own frame (driver and support in
     /// Σ at φ = 0, follower in the follower frame, slider in Σ at zero lift).
-    pub fn pose(self, motion: &Motion, center_distance: f64, phi: f64) -> Pose {
+    pub fn pose(self, motion: &Motion, drive: Drive, phi: f64) -> Pose {
         match self {
-            Carrier::Driver => crate::motion::MotionState::driver(center_distance, phi).pose,
+            Carrier::Driver => drive.state(phi).pose,
             Carrier::Follower => motion.state(phi).pose,
             Carrier::Support => still(nalgebra::Vector3::zeros()),
             Carrier::Slider => still(motion.joint_centre(phi)),
@@ -102,10 +102,10 @@ impl Solids {
         })
     }
 
-    /// The mesh of a body in Σ at driver angle `phi`.
+    /// The mesh of a body in Σ at phase `phi`.
     pub fn placed(&self, body: &SolidBody, design: &Design, motion: &Motion, phi: f64) -> Mesh {
-        let l = design.settings.gear.center_distance_mm;
-        body.mesh.moved(&body.carrier.pose(motion, l, phi))
+        let drive = design.settings.gear.drive();
+        body.mesh.moved(&body.carrier.pose(motion, drive, phi))
     }
 }
 
@@ -157,16 +157,13 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Solid> {
     let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
     let foot = layout::rib_foot(design, gear);
     let mut solids = Vec::new();
-    for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
-        let section = design.section_of(pair);
-        for (j, tooth) in pair.teeth.iter().enumerate() {
-            let place =
-                format!("{gear:?} tooth {} of sub-gear pair {}", j + 1, k + 1).to_lowercase();
-            let frames = sweep::frames(tooth, gear, axis);
-            let bead = sweep::tooth(&frames, &section, &place)?;
-            let wall = rib::rib(&frames, &section, (axis, foot), &place)?;
-            solids.push(Solid::new(&bead, &place)?.union_resolved(&Solid::new(&wall, &place)?));
-        }
+    for tooth in sweep::standing(design, gear, sweep::MAX_STATIONS) {
+        let (number, k) = (tooth.number + 1, tooth.pair + 1);
+        let place = format!("{gear:?} tooth {number} of sub-gear pair {k}").to_lowercase();
+        let section = design.section_of(&design.sub_gear_pairs[tooth.pair]);
+        let bead = sweep::tooth(&tooth.frames, &section, &place)?;
+        let wall = rib::rib(&tooth.frames, &section, (axis, foot), &place)?;
+        solids.push(Solid::new(&bead, &place)?.union_resolved(&Solid::new(&wall, &place)?));
     }
     Ok(Solid::union_of(&solids))
 }

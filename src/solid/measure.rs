@@ -3,15 +3,15 @@
 
 use nalgebra::Vector3;
 
-use super::sweep::{self, Frame};
+use super::sweep;
 use super::{rib, section};
 use crate::design::{Design, Gear};
 use crate::envelope::Envelope;
-use crate::motion::{Class, Motion, MotionState, Pose};
+use crate::motion::{Class, Drive, Motion, Pose};
 use crate::settings::Settings;
 
 /// Phases at which moving parts are sampled.
-const PHASES: u32 = 360;
+const PHASES: usize = 360;
 /// Axial distance between the outermost tooth and the end of its drum, mm.
 const DRUM_MARGIN: f64 = 0.5;
 /// Free height between the base plate and whatever moves above it, mm.
@@ -29,7 +29,8 @@ const SMALLEST_MOUNT: f64 = 5.0;
 const RIM_POINTS: u32 = 48;
 /// Rims along the side of a drum or flange.
 const RIM_LEVELS: u32 = 12;
-/// Hub radii grow to at most these shares of L (9.5 and 8 mm at L = 25).
+/// Hub radii grow to at most these shares of L (9.5 and 8 mm at L = 25), the driver's to more where it has
+/// more teeth.
 const DRIVER_HUB_CAP: f64 = 0.38;
 const FOLLOWER_HUB_CAP: f64 = 0.32;
 
@@ -97,7 +98,7 @@ pub const FOOT_THICKNESS: f64 = 5.0;
 
 /// Follower poses over the period and the points carried along.
 struct Sampler<'a> {
-    center_distance: f64,
+    drive: Drive,
     gap: f64,
     states: Vec<(Pose, Pose, f64)>,
     design: &'a Design,
@@ -105,19 +106,20 @@ struct Sampler<'a> {
 
 impl<'a> Sampler<'a> {
     fn new(design: &'a Design, motion: &Motion) -> Sampler<'a> {
-        let center_distance = design.settings.gear.center_distance_mm;
-        let states = (0..PHASES)
-            .map(|i| {
-                let phi = f64::from(i) * std::f64::consts::TAU / f64::from(PHASES);
+        let drive = design.settings.gear.drive();
+        let states = motion
+            .cycle()
+            .phases(PHASES)
+            .map(|phi| {
                 (
-                    MotionState::driver(center_distance, phi).pose,
+                    drive.state(phi).pose,
                     motion.state(phi).pose,
                     motion.joint_centre(phi).z,
                 )
             })
             .collect();
         Sampler {
-            center_distance,
+            drive,
             gap: design.settings.fit.safety_gap_mm,
             states,
             design,
@@ -126,12 +128,12 @@ impl<'a> Sampler<'a> {
 
     /// Section and rib corners along every tooth of a gear, in its frame.
     fn tooth_points(&self, gear: Gear) -> Vec<Vector3<f64>> {
-        let axis = sweep::axis_point(gear, self.center_distance);
+        let axis = sweep::axis_point(gear, self.drive.center_distance());
         let section = &self.design.section;
         let outline = section::polygon(section, OUTLINE_SEGMENTS);
         let mut points = Vec::new();
-        for tooth in self.design.sub_gear_pairs.iter().flat_map(|s| &s.teeth) {
-            let frames: Vec<Frame> = sweep::frames(tooth, gear, axis);
+        for tooth in sweep::standing(self.design, gear, sweep::MAX_STATIONS) {
+            let frames = tooth.frames;
             for (i, frame) in frames.iter().enumerate() {
                 if i % 3 == 0 || i + 1 == frames.len() {
                     points.extend(outline.iter().map(|&c| frame.place(c)));
@@ -155,7 +157,7 @@ impl<'a> Sampler<'a> {
     }
 
     fn axis_distance(&self, p: Vector3<f64>) -> f64 {
-        (p.x + self.center_distance).hypot(p.y)
+        (p.x + self.drive.center_distance()).hypot(p.y)
     }
 }
 
@@ -221,7 +223,7 @@ impl Measures {
             })
             .filter(|q| q.z > follower_ends.0 - gap && q.z < follower_ends.1 + gap)
             .map(|q| q.xy().norm() - gap)
-            .fold(FOLLOWER_HUB_CAP * sampler.center_distance, f64::min);
+            .fold(FOLLOWER_HUB_CAP * sampler.drive.center_distance(), f64::min);
         let least = envelope.follower_hub_radius;
         let mut grown = free.max(least);
         let meets_driver = |radius: f64| {
@@ -251,7 +253,7 @@ impl Measures {
         };
         let mut base_top = follower_floor.min(driver_z.0 - DRUM_MARGIN - play);
         let lift = envelope.reach.lift;
-        let carriage = CARRIAGE_SHARE * sampler.center_distance;
+        let carriage = CARRIAGE_SHARE * sampler.drive.center_distance();
         if let Some(joint) = &joint {
             let hanging = match class {
                 Class::R3T1 => carriage - lift.0,
@@ -277,8 +279,13 @@ impl Measures {
         let driver_free = cloud
             .iter()
             .map(|&p| sampler.axis_distance(p) - gap)
-            .fold(DRIVER_HUB_CAP * sampler.center_distance, f64::min)
-            .min(sampler.center_distance - ring - gap);
+            .fold(
+                DRIVER_HUB_CAP
+                    * (2.0 - sampler.drive.follower_share(motion.turning()))
+                    * sampler.drive.center_distance(),
+                f64::min,
+            )
+            .min(sampler.drive.center_distance() - ring - gap);
         let driver_hub = (
             envelope.driver_hub_radius,
             driver_free.max(envelope.driver_hub_radius),
@@ -317,7 +324,7 @@ impl Measures {
             .chain(cloud.iter().copied())
             .filter(|p| levels.contains(&p.z))
             .map(|p| sampler.axis_distance(p) - gap)
-            .fold(EYE_CAP * sampler.center_distance, f64::min)
+            .fold(EYE_CAP * sampler.drive.center_distance(), f64::min)
             .max(eye);
 
         // Tower or guide of the follower's joint.
@@ -325,7 +332,7 @@ impl Measures {
             Class::R3T1 => carriage + lift.1 + 2.0,
             _ => joint.map_or(0.0, |j| j.arm_half_height),
         };
-        let half_width = 12.0 * sampler.center_distance / 25.0;
+        let half_width = 12.0 * sampler.drive.center_distance() / 25.0;
         let follower_reach = cloud
             .iter()
             .filter(|p| p.z < tower_top + gap && p.y.abs() < half_width + gap)

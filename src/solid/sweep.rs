@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use super::Mesh;
 use super::section;
-use crate::design::{Gear, Section, ToothPair};
+use crate::design::{Design, Gear, Section, ToothPair};
+use crate::motion::{Drive, Pose};
 use crate::{Error, Result};
 
 /// Most stations of a swept tooth; longer lists are thinned evenly. The chords leave the sharpest
@@ -17,7 +18,7 @@ pub const SECTION_SEGMENTS: u32 = 24;
 /// Where the cross section stands at one station, in the gear's own frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
-    /// Driver angle of the contact, rad.
+    /// Phase of the contact, rad.
     pub phi: f64,
     /// Contact point, mm.
     pub p: Vector3<f64>,
@@ -33,6 +34,78 @@ impl Frame {
     /// Section coordinates (n, b) → gear frame.
     pub fn place(&self, [n, b]: [f64; 2]) -> Vector3<f64> {
         self.p + n * self.n + b * self.b
+    }
+
+    /// The frame as `pose` moves it.
+    fn moved(&self, pose: &Pose) -> Frame {
+        let [n, b, t] = [self.n, self.b, self.t].map(|v| pose.rotation * v);
+        Frame {
+            p: pose.apply(self.p),
+            n,
+            b,
+            t,
+            ..*self
+        }
+    }
+}
+
+/// A tooth as it stands on its gear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// Its sub-gear pair, from 0.
+    pub pair: usize,
+    /// Its number around the gear in order of contact, from 0: tooth pair j, then its copies J₂ further on.
+    pub number: usize,
+    /// Its frames.
+    pub frames: Vec<Frame>,
+}
+
+/// All teeth of `gear`, at `most` stations each: pair by pair in order of contact.
+pub fn standing(design: &Design, gear: Gear, most: usize) -> Vec<Standing> {
+    let drive = design.settings.gear.drive();
+    let pairs = design.sub_gear_pairs.iter().enumerate();
+    pairs
+        .flat_map(|(pair, band)| {
+            around(&band.teeth, gear, (drive, most)).map(move |(number, frames)| Standing {
+                pair,
+                number,
+                frames,
+            })
+        })
+        .collect()
+}
+
+/// The teeth of one band as they stand around `gear`, numbered from 0 ([`Standing::number`]), at `most`
+/// stations each.
+pub fn around(
+    teeth: &[ToothPair],
+    gear: Gear,
+    (drive, most): (Drive, usize),
+) -> impl Iterator<Item = (usize, Vec<Frame>)> {
+    let axis = axis_point(gear, drive.center_distance());
+    let own: Vec<_> = teeth
+        .iter()
+        .map(|tooth| frames_at(tooth, gear, axis, most))
+        .collect();
+    let count = own.len();
+    (0..copies(drive, gear) * count).map(move |number| {
+        let frames = &own[number % count];
+        let frames = match number / count {
+            0 => frames.clone(),
+            copy => {
+                let pose = drive.copy(copy);
+                frames.iter().map(|f| f.moved(&pose)).collect()
+            }
+        };
+        (number, frames)
+    })
+}
+
+/// How often every tooth of one period stands on `gear`.
+pub fn copies(drive: Drive, gear: Gear) -> usize {
+    match gear {
+        Gear::Driver => drive.copies(),
+        Gear::Follower => 1,
     }
 }
 

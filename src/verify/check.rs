@@ -208,7 +208,7 @@ pub fn examine(
             play = hold::plays(&held, &known(Some(&closure)), (&input.effort, clearance));
             claims.push(hold::play_claim(&play));
             step("proof: flanks", 0.7)?;
-            let (contacts, spans) = touching::claims(design, (driver, follower));
+            let (contacts, spans) = touching::claims(design, input.motion.cycle(), (driver, follower));
             claims.extend(contacts);
             touching = spans;
             step("proof: joints", 0.8)?;
@@ -260,7 +260,7 @@ impl CheckInput<'_> {
     fn mechanism(&self) -> Mechanism<'_> {
         Mechanism {
             motion: self.motion,
-            center_distance: self.design.settings.gear.center_distance_mm,
+            drive: self.design.settings.gear.drive(),
         }
     }
 

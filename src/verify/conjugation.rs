@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::claim::{Bound, Claim, Spot};
 use crate::design::{Design, Gear, Station, ToothPair};
-use crate::motion::{Motion, MotionState};
+use crate::motion::Motion;
 
 /// Largest distance of points that should coincide, mm, and largest |n·v_rel|, |n·T²|, mm/rad.
 const RESIDUAL: f64 = 1e-6;
@@ -47,13 +47,13 @@ pub(super) fn claims(design: &Design, motion: &Motion, q_min: f64) -> Vec<Claim>
     let mut sliding = none;
     // Quantities with a lower limit are kept negated.
     let (mut gap, mut tangent) = (none, none);
-    let center_distance = design.settings.gear.center_distance_mm;
+    let drive = design.settings.gear.drive();
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
         for (j, tooth) in pair.teeth.iter().enumerate() {
             for (i, s) in tooth.stations.iter().enumerate() {
                 let at = (s.phi, k, j);
                 let bodies = [
-                    (Gear::Driver, MotionState::driver(center_distance, s.phi)),
+                    (Gear::Driver, drive.state(s.phi)),
                     (Gear::Follower, motion.state(s.phi)),
                 ];
                 let (p, n) = (Vector3::from(s.p), Vector3::from(s.n));
@@ -136,7 +136,7 @@ pub(super) fn claims(design: &Design, motion: &Motion, q_min: f64) -> Vec<Claim>
         .decide(
             -tangent.value,
             "mm/rad",
-            Bound::AtLeast(TANGENT_SHARE * center_distance),
+            Bound::AtLeast(TANGENT_SHARE * drive.center_distance()),
         )
         .at(tangent.place()),
     );

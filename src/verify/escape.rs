@@ -101,7 +101,7 @@ impl Held<'_> {
     /// steps are too short for one tooth to pass through another unseen.
     fn stopped(&self, phi: f64, u: &DVector<f64>, size: f64) -> bool {
         let (linear, angular) = parts(self.mechanism.motion.class(), u);
-        let way = size * (linear.norm() + angular.norm() * self.mechanism.center_distance);
+        let way = size * (linear.norm() + angular.norm() * self.mechanism.drive.center_distance());
         let steps = (way / WAY).ceil().clamp(1.0, 1000.0) as u32;
         (1..=steps).rev().any(|i| {
             let at = u * (size * f64::from(i) / f64::from(steps));
@@ -120,7 +120,7 @@ impl Held<'_> {
             first: &self.driver.tree,
             second: &self.follower.tree,
             pose: driver.inverse_mul(&mechanism.pose(Carrier::Follower, phi)),
-            lever: mechanism.center_distance,
+            lever: mechanism.drive.center_distance(),
         };
         let screw = |u: &DVector<f64>| {
             let (linear, angular) = parts(mechanism.motion.class(), u);

@@ -8,6 +8,7 @@ use super::mechanism::Mechanism;
 use super::overlap::{PairProof, Place};
 use crate::design::{Design, Gear};
 use crate::solid::assembly::Carrier;
+use crate::solid::sweep;
 
 /// Points farther than this from every contact curve are not on a tooth but on its spoke or hub, mm.
 const TOOTH_REACH: f64 = 3.0;
@@ -111,17 +112,22 @@ pub(super) fn recognise(
         .collect()
 }
 
-/// Sub-gear pair and tooth whose contact curve on `gear` comes nearest to `p` (body frame).
+/// Sub-gear pair and tooth whose contact curve on `gear`, or a copy of it, comes nearest to `p` (body frame).
 pub(super) fn nearest_tooth(
     design: &Design,
     gear: Gear,
     p: Vector3<f64>,
 ) -> Option<(usize, usize)> {
+    let drive = design.settings.gear.drive();
     let mut best = (TOOTH_REACH, None);
+    let places: Vec<_> = (0..sweep::copies(drive, gear))
+        .map(|copy| drive.copy(copy).inverse_apply(p))
+        .collect();
     for (k, pair) in design.sub_gear_pairs.iter().enumerate() {
         for (j, tooth) in pair.teeth.iter().enumerate() {
             for s in &tooth.stations {
-                let distance = (s.frame(gear).0 - p).norm();
+                let away = places.iter().map(|p| (s.frame(gear).0 - p).norm());
+                let distance = away.fold(f64::INFINITY, f64::min);
                 if distance < best.0 {
                     best = (distance, Some((k, j)));
                 }
@@ -135,7 +141,7 @@ pub(super) fn nearest_tooth(
 mod tests {
     use super::*;
     use crate::design::{FORMAT, Section, Station, SubGearPair, ToothPair};
-    use crate::motion::{Class, Motion, MotionSource};
+    use crate::motion::{Class, Drive, Motion, MotionSource};
 
     /// Two sub-gear pairs of two teeth, all parallel to z: pair 1 below O, pair 2 above.
     fn design() -> Design {
@@ -191,7 +197,7 @@ mod tests {
         let motion = Motion::new(Class::R1, &MotionSource::Uniform {}).unwrap();
         let mechanism = Mechanism {
             motion: &motion,
-            center_distance: 25.0,
+            drive: Drive::new(25.0, 1),
         };
         let place = Place { phi: 0.0, at };
         let pair = PairProof {

@@ -1,7 +1,5 @@
 //! Is the follower held: Q from the contacts, escapes and play on the meshes.
 
-use std::f64::consts::TAU;
-
 use serde::{Deserialize, Serialize};
 
 use super::check::Effort;
@@ -40,11 +38,12 @@ pub struct Play {
 /// Q, Q* and η from the stations and the motion; `None` when some φ has no contact.
 pub(super) fn closure(design: &Design, motion: &Motion) -> Option<Vec<ClosureSample>> {
     let gear = &design.settings.gear;
-    let count = gear.teeth * gear.samples;
+    let cycle = motion.cycle();
+    let count = cycle.pairs(gear.tooth_pairs()) * gear.samples;
     let dof = design.class.dof();
     (0..count)
         .map(|i| {
-            let phi = TAU * i as f64 / count as f64;
+            let phi = cycle.part(i, count);
             let at = Configuration::at(design, motion, phi).ok()?;
             let wrenches = |length: f64| -> Vec<Wrench> {
                 at.contacts
@@ -176,9 +175,10 @@ pub(super) fn plays(
     (effort, clearance): (&Effort, f64),
 ) -> Vec<Play> {
     let directions = directions(held.mechanism.motion.class(), effort.directions);
-    (0..effort.play_phases)
-        .flat_map(|i| {
-            let phi = TAU * i as f64 / effort.play_phases as f64;
+    let cycle = held.mechanism.motion.cycle();
+    cycle
+        .phases(effort.play_phases)
+        .flat_map(|phi| {
             let q = super::q_at(closure, phi).unwrap_or(f64::NAN);
             let first_order = clearance / q;
             let distances = if first_order > 0.0 && first_order.is_finite() {
@@ -203,7 +203,7 @@ pub(super) fn plays(
 /// Claims that the follower is not looser than the settings allow (what the flanks alone leave it, with
 /// the motor held) and carries what it has to; with the load report that they rest on.
 pub(super) fn load_claims(design: &Design, motion: &Motion) -> (Vec<Claim>, Option<LoadReport>) {
-    let report = analyse(design, motion, &design.settings.load, Sampling::default());
+    let report = analyse(design, motion, &design.settings.load, Sampling::of(motion));
     let mut claims = play_limits(design, &report).to_vec();
     claims.push(payload_claim(design, &report));
     (claims, report.ok())
@@ -299,7 +299,7 @@ pub(super) fn flanks_claim(design: &Design, mechanism: &Mechanism, effort: &Effo
     // Of the few corners that play has, some direction leads to each.
     let directions = directions(mechanism.motion.class(), effort.directions.div_ceil(2));
     let count = effort.play_phases.div_ceil(2);
-    let phases = (0..count).map(|i| TAU * i as f64 / count as f64);
+    let phases = mechanism.motion.cycle().phases(count);
     let rests: Vec<Rest> = phases.flat_map(|phi| pushes.at(phi, &directions)).collect();
     let share = |rest: &Rest| match rest.end {
         End::Held => (rest.turn / limits.turn).max(rest.point / limits.shift),

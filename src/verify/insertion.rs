@@ -2,8 +2,6 @@
 //! way in past all that is already in place. Ways are proven, not sampled: over each stretch no two
 //! triangles can come as close as touching.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -251,7 +249,7 @@ fn decide(claim: Claim, step: &Step, items: &[&Item], mechanism: &Mechanism) -> 
         return claim.undecided("a part has no surface");
     }
     let count = if step.turning { PHASES } else { 1 };
-    let phases: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
+    let phases: Vec<f64> = mechanism.motion.cycle().phases(count).collect();
     let ways = ways(Vector3::from(step.along));
     let way = |phi: f64, along: Vector3<f64>| Way {
         moving: &moving,

@@ -1,7 +1,5 @@
 //! Are the joints what they should be: the follower held by its ball or pin, the slider by its guide.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -31,10 +29,6 @@ pub(super) fn claims(
     }
     claims.push(leaning(parts, mechanism, play));
     claims
-}
-
-fn phases(count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |i| TAU * i as f64 / count as f64)
 }
 
 fn shift(by: Vector3<f64>) -> Pose {
@@ -114,12 +108,16 @@ fn stopped(
     };
     // Twice the play closes any joint of that play, facets included.
     let size = 2.0 * play + 0.1;
-    let free = phases(HOLD_PHASES).find_map(|phi| {
-        let loose = |d: &&Vector3<f64>| {
-            !touches((held, holder), mechanism, (phi, &shift(**d * size)), None)
-        };
-        Some((phi, directions.iter().find(loose)?))
-    });
+    let free = mechanism
+        .motion
+        .cycle()
+        .phases(HOLD_PHASES)
+        .find_map(|phi| {
+            let loose = |d: &&Vector3<f64>| {
+                !touches((held, holder), mechanism, (phi, &shift(**d * size)), None)
+            };
+            Some((phi, directions.iter().find(loose)?))
+        });
     match free {
         None => claim.say(
             true,

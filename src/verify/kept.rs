@@ -2,8 +2,6 @@
 //! keep every point's distance from it and its height: where their images in these coordinates are
 //! apart, the bodies are apart at every φ, however close and concentric their surfaces are.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 
 use super::mechanism::Mechanism;
@@ -46,7 +44,7 @@ impl Kept {
     /// whole turn.
     pub fn by(pair: (Carrier, Carrier), mechanism: &Mechanism) -> Option<Kept> {
         use Carrier::{Driver, Follower, Slider, Support};
-        let shaft = Vector3::new(-mechanism.center_distance, 0.0, 0.0);
+        let shaft = mechanism.drive.axis_point();
         let kept = match pair {
             (Driver, Support) | (Support, Driver) => Kept::AxisAndHeight(shaft),
             (Driver, Slider) | (Slider, Driver) => Kept::Axis(shaft),
@@ -65,7 +63,7 @@ impl Kept {
                 .pose(pair.0, phi)
                 .inverse_mul(&mechanism.pose(pair.1, phi))
         };
-        let mut phases = (0..PHASES).map(|i| TAU * i as f64 / PHASES as f64);
+        let mut phases = mechanism.motion.cycle().phases(PHASES);
         phases.all(|phi| kept.survives(&seen(phi))).then_some(kept)
     }
 
@@ -142,14 +140,14 @@ pub(super) fn apart(a: &Image, b: &Image) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{Motion, MotionSource};
+    use crate::motion::{Drive, Motion, MotionSource};
     use crate::solid::kernel;
 
     fn on(class: Class, test: impl Fn(&Mechanism)) {
         let motion = Motion::new(class, &MotionSource::Uniform {}).expect("a motion");
         test(&Mechanism {
             motion: &motion,
-            center_distance: 25.0,
+            drive: Drive::new(25.0, 1),
         });
     }
 
@@ -167,7 +165,7 @@ mod tests {
             assert_eq!(kept(Carrier::Driver, Carrier::Follower), None);
         });
         // What is not kept is seen: a turn about the shaft moves points away from the origin.
-        let turned = |phi: f64| crate::motion::MotionState::driver(25.0, phi).pose;
+        let turned = |phi: f64| Drive::new(25.0, 1).state(phi).pose;
         assert!(Kept::AxisAndHeight(shaft).survives(&turned(1.0)));
         for kept in [Kept::Centre, Kept::Across, Kept::Axis(Vector3::zeros())] {
             assert!(!kept.survives(&turned(1.0)), "{kept:?}");

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::collide::{Affine, Drift};
-use crate::motion::{Motion, MotionState, Pose};
+use crate::motion::{Drive, Motion, MotionState, Pose};
 use crate::solid::assembly::{Carrier, SolidBody};
 
 /// The motions of all bodies of one mechanism.
@@ -11,14 +11,14 @@ use crate::solid::assembly::{Carrier, SolidBody};
 pub struct Mechanism<'a> {
     /// Motion of the follower.
     pub motion: &'a Motion,
-    /// L, distance from O to the driver axis, mm.
-    pub center_distance: f64,
+    /// How the driver turns.
+    pub drive: Drive,
 }
 
 impl Mechanism<'_> {
     /// Pose of a body at driver angle `phi` (rad), body frame to Σ.
     pub fn pose(&self, carrier: Carrier, phi: f64) -> Pose {
-        carrier.pose(self.motion, self.center_distance, phi)
+        carrier.pose(self.motion, self.drive, phi)
     }
 
     /// A body whose mesh is in assembled position at φ = 0 (as the files have it), in its own frame.
@@ -46,7 +46,7 @@ impl Mechanism<'_> {
         };
         match carrier {
             Carrier::Support => still,
-            Carrier::Driver => MotionState::driver(self.center_distance, phi),
+            Carrier::Driver => self.drive.state(phi),
             Carrier::Follower => follower,
             Carrier::Slider => {
                 // The joint centre is the origin of the follower frame.
@@ -83,14 +83,15 @@ impl Mechanism<'_> {
     }
 
     /// Bound (r, s) of the third derivative r + s·|x| of the motion of `second` seen from `first`,
-    /// mm and 1 per rad³, over 1440 steps of the turn: a body point feels the acceleration field
+    /// mm and 1 per rad³, over 1440 steps of each period: a body point feels the acceleration field
     /// change with time, and because it moves through the field. Half as much again for what lies
     /// between the steps.
     pub(super) fn remainder(&self, pair: (Carrier, Carrier)) -> (f64, f64) {
-        let steps = 1440;
-        let step = std::f64::consts::TAU / f64::from(steps);
-        let fields = |i: i32| {
-            let phi = f64::from(i) * step;
+        let steps = 1440 * self.drive.copies();
+        let cycle = self.motion.cycle();
+        let step = cycle.length() * self.drive.copies() as f64 / steps as f64;
+        let fields = |i: usize| {
+            let phi = cycle.start() + i as f64 * step;
             self.fields(pair, phi, &self.pose(pair.0, phi))
         };
         let mut before = fields(0).1;
@@ -160,7 +161,7 @@ mod tests {
         let motion = Motion::new(Class::R3, &MotionSource::Uniform {}).unwrap();
         let mechanism = Mechanism {
             motion: &motion,
-            center_distance: 25.0,
+            drive: Drive::new(25.0, 1),
         };
         let pair = (Carrier::Driver, Carrier::Follower);
         let remainder = mechanism.remainder(pair);

@@ -238,9 +238,10 @@ pub fn prove(
         mechanism: *mechanism,
     };
     let directions = directions(mechanism.motion.class(), settings.directions);
-    let tries = (0..settings.escape_phases)
-        .map(|i| {
-            let phi = TAU * i as f64 / settings.escape_phases as f64;
+    let cycle = mechanism.motion.cycle();
+    let tries = cycle
+        .phases(settings.escape_phases)
+        .map(|phi| {
             let q = q_at(closure, phi)
                 .ok_or_else(|| Error::Internal("no Q to size the displacements by".into()))?;
             Ok((phi, (q > 0.0).then(|| 1.5 * settings.clearance_mm / q)))

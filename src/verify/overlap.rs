@@ -1,8 +1,6 @@
 //! No two bodies meet: smallest gap, with a bound for every φ of the turn, and the shared volume
 //! where they do meet.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -115,19 +113,26 @@ pub(super) fn apart(
 ) -> PairProof {
     let carriers = (first.body.carrier, second.body.carrier);
     let kept = Kept::by(carriers, mechanism);
+    // The driver is seen all the way round: its teeth repeat themselves, its shaft does not.
+    let turns = match [carriers.0, carriers.1].contains(&Carrier::Driver) {
+        true => mechanism.drive.copies(),
+        false => 1,
+    };
+    let steps = turns * settings.steps;
     let walk = Walk {
         trees: (&first.tree, &second.tree),
         carriers,
         mechanism,
         remainder: mechanism.remainder(carriers),
-        step: TAU / settings.steps as f64,
+        start: mechanism.motion.cycle().start(),
+        step: mechanism.motion.cycle().length() / settings.steps as f64,
         floor: settings.floor.max(TOUCH),
         images: kept.map(|kept| [first, second].map(|part| kept.images(&part.tree))),
     };
-    let starts: Vec<usize> = (0..settings.steps).step_by(RUN).collect();
+    let starts: Vec<usize> = (0..steps).step_by(RUN).collect();
     let stretches: Vec<Stretch> = starts
         .par_iter()
-        .map(|&start| walk.stretch(start, (start + RUN).min(settings.steps)))
+        .map(|&start| walk.stretch(start, (start + RUN).min(steps)))
         .collect();
     let mut smallest: Option<(f64, Near)> = None;
     let (mut colliding, mut doubts) = (Vec::new(), Vec::new());
@@ -175,11 +180,7 @@ pub(super) fn apart(
         bodies: [first.body.name.clone(), second.body.name.clone()],
         gap_mm,
         gap_at,
-        colliding_steps: if nested {
-            settings.steps
-        } else {
-            colliding.len()
-        },
+        colliding_steps: if nested { steps } else { colliding.len() },
         overlap_mm3: overlap.0,
         overlap_at: overlap.1,
         doubts,
@@ -192,6 +193,7 @@ struct Walk<'a> {
     carriers: (Carrier, Carrier),
     mechanism: &'a Mechanism<'a>,
     remainder: (f64, f64),
+    start: f64,
     step: f64,
     floor: f64,
     /// Of both bodies, on what their motion keeps.
@@ -220,7 +222,7 @@ impl Walk<'_> {
         while at < to {
             stride = stride.min(to - at);
             let half = 0.5 * stride as f64 * self.step;
-            let phi = at as f64 * self.step + half;
+            let phi = self.start + at as f64 * self.step + half;
             let (pose, drift) = self.mechanism.seen(self.carriers, phi, self.remainder);
             let placed = self.placed(pose);
             let Some(near) = placed.nearest(f64::INFINITY, SLACK, hint) else {

@@ -12,10 +12,10 @@ use super::escape::parts;
 use super::tree::Tree;
 use crate::Result;
 use crate::closure::wrench;
-use crate::design::{Design, Gear, SubGearPair, ToothPair};
+use crate::design::{Design, Gear};
 use crate::motion::Pose;
 use crate::solid::assembly::Carrier;
-use crate::solid::sweep;
+use crate::solid::sweep::{self, Standing};
 
 /// Distance that a step leaves between two flanks, mm.
 const REST: f64 = 1e-4;
@@ -72,13 +72,10 @@ impl Beads {
     /// [`crate::Error::Infeasible`] when a tooth folds.
     pub fn new(design: &Design) -> Result<Beads> {
         let of = |gear: Gear| -> Result<Vec<Tree>> {
-            let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
-            let pairs = design.sub_gear_pairs.iter();
-            let teeth = pairs.flat_map(|pair| pair.teeth.iter().map(move |t| (pair, t)));
-            let teeth: Vec<_> = teeth.collect();
-            let bead = |(pair, tooth): &(&SubGearPair, &ToothPair)| {
-                let frames = sweep::frames_at(tooth, gear, axis, STATIONS);
-                let mesh = sweep::tooth(&frames, &design.section_of(pair), "tooth")?;
+            let teeth = sweep::standing(design, gear, STATIONS);
+            let bead = |tooth: &Standing| {
+                let section = design.section_of(&design.sub_gear_pairs[tooth.pair]);
+                let mesh = sweep::tooth(&tooth.frames, &section, "tooth")?;
                 Ok(Tree::new(&mesh))
             };
             teeth.par_iter().map(bead).collect()
@@ -200,7 +197,7 @@ impl Place<'_> {
     }
 
     fn push(&self, u: &DVector<f64>) -> Rest {
-        let lever = self.pushes.mechanism.center_distance;
+        let lever = self.pushes.mechanism.drive.center_distance();
         let class = self.pushes.mechanism.motion.class();
         let mut moved = Moved::none();
         let Some(mut couples) = self.start.clone() else {
@@ -264,7 +261,7 @@ impl Place<'_> {
 
     /// Gaps that the longest step after one of `step` could close, mm.
     fn matters(&self, step: f64) -> f64 {
-        let levers = self.pushes.beads.lever / self.pushes.mechanism.center_distance;
+        let levers = self.pushes.beads.lever / self.pushes.mechanism.drive.center_distance();
         2.0 * (1.5 * step).min(STEPS[0]) * (1.0 + levers)
     }
 

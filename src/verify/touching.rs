@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::claim::{Bound, Claim, Spot};
 use super::overlap::Part;
 use crate::design::{Design, Gear};
+use crate::motion::Cycle;
+use crate::solid::sweep;
 
 /// Largest deviation of a flank from its place, mm: a quarter of the usual gap between flanks. Facets
 /// of swept teeth stay far below, and so do the lofts of CAD programs.
@@ -72,9 +74,11 @@ impl Flank {
 /// Claims about the contacts as the meshes have them, and the tooth pairs that touch.
 pub(super) fn claims(
     design: &Design,
+    cycle: Cycle,
     (driver, follower): (&Part, &Part),
 ) -> (Vec<Claim>, Vec<Touching>) {
     let wanted = 0.5 * design.section.clearance;
+    let drive = design.settings.gear.drive();
     let pairs = design.sub_gear_pairs.iter().enumerate();
     let numbers: Vec<(usize, usize)> = pairs
         .flat_map(|(k, pair)| (0..pair.teeth.len()).map(move |j| (k, j)))
@@ -87,7 +91,17 @@ pub(super) fn claims(
                 phi: s.phi,
                 behind: [(Gear::Driver, driver), (Gear::Follower, follower)].map(|(gear, part)| {
                     let (p, n, _) = s.frame(gear);
-                    behind(part, p, n)
+                    // Of all copies of the tooth that which is least in its place.
+                    let copies = (0..sweep::copies(drive, gear)).map(|copy| {
+                        let pose = drive.copy(copy);
+                        behind(part, pose.apply(p), pose.rotation * n)
+                    });
+                    let off = |b: f64| match (b - wanted).abs() {
+                        off if off.is_finite() => off,
+                        _ => f64::INFINITY,
+                    };
+                    let worst = copies.max_by(|a, b| off(*a).total_cmp(&off(*b)));
+                    worst.unwrap_or(f64::NAN)
                 }),
             };
             Tooth {
@@ -98,9 +112,9 @@ pub(super) fn claims(
         .collect();
     let touching: Vec<Touching> = teeth.iter().filter_map(|t| span(t, wanted)).collect();
     let mut claims = in_place(&teeth, wanted);
-    claims.push(hand_over(design, &numbers, &touching));
-    claims.push(smooth(design, &teeth, wanted));
-    claims.push(drive_through(design, &touching));
+    claims.push(hand_over((design, cycle), &numbers, &touching));
+    claims.push(smooth((design, cycle), &teeth, wanted));
+    claims.push(drive_through((design, cycle), &touching));
     (claims, touching)
 }
 
@@ -157,7 +171,11 @@ fn span(tooth: &Tooth, wanted: f64) -> Option<Touching> {
 }
 
 /// Contact ratio as built: every tooth must still be there where the next one takes over.
-fn hand_over(design: &Design, teeth: &[(usize, usize)], touching: &[Touching]) -> Claim {
+fn hand_over(
+    (design, cycle): (&Design, Cycle),
+    teeth: &[(usize, usize)],
+    touching: &[Touching],
+) -> Claim {
     let claim = Claim::new(
         "hand-over",
         "each tooth takes over before the one before it lets go",
@@ -166,7 +184,7 @@ fn hand_over(design: &Design, teeth: &[(usize, usize)], touching: &[Touching]) -
         let touch = touching
             .iter()
             .find(|t| (t.pair, t.tooth) == (k + 1, j + 1));
-        let pitch = 360.0 / design.sub_gear_pairs[k].teeth.len() as f64;
+        let pitch = cycle.length().to_degrees() / design.sub_gear_pairs[k].teeth.len() as f64;
         touch.map_or(0.0, |t| (t.to_deg - t.from_deg) / pitch)
     };
     match teeth.iter().min_by(|a, b| ratio(a).total_cmp(&ratio(b))) {
@@ -181,7 +199,7 @@ fn hand_over(design: &Design, teeth: &[(usize, usize)], touching: &[Touching]) -
 }
 
 /// While two teeth of a pair touch, the flank gap of both must be the same, or the follower jumps.
-fn smooth(design: &Design, teeth: &[Tooth], wanted: f64) -> Claim {
+fn smooth((design, cycle): (&Design, Cycle), teeth: &[Tooth], wanted: f64) -> Claim {
     let claim = Claim::new(
         "no jump at hand-over",
         "the next tooth takes over without a jolt: both leave the same gap",
@@ -193,6 +211,9 @@ fn smooth(design: &Design, teeth: &[Tooth], wanted: f64) -> Claim {
         let Some(next) = teeth.iter().find(|t| t.at == (k, (j + 1) % count)) else {
             continue;
         };
+        if j + 1 == count && !cycle.wraps() {
+            continue;
+        }
         // The first tooth follows the last one a turn later.
         let later = if j + 1 == count { TAU } else { 0.0 };
         for flank in tooth.flanks.iter().filter(|f| f.good(wanted)) {
@@ -221,7 +242,7 @@ fn gap_at(flanks: &[Flank], phi: f64, wanted: f64) -> Option<f64> {
 }
 
 /// At every driver angle each sub-gear pair must have a tooth pair that touches.
-fn drive_through(design: &Design, touching: &[Touching]) -> Claim {
+fn drive_through((design, cycle): (&Design, Cycle), touching: &[Touching]) -> Claim {
     let claim = Claim::new(
         "drive-through",
         "at every angle each sub-gear pair has teeth that touch",
@@ -231,7 +252,7 @@ fn drive_through(design: &Design, touching: &[Touching]) -> Claim {
         of_pair.filter(|t| t.at(phi)).count()
     };
     let pairs = design.sub_gear_pairs.len();
-    let phases = || (0..PHASES).map(|i| 360.0 * i as f64 / PHASES as f64);
+    let phases = || cycle.phases(PHASES).map(f64::to_degrees);
     let open = phases()
         .flat_map(|phi| (0..pairs).map(move |k| (phi, k)))
         .find(|&(phi, k)| count(phi, k) == 0);

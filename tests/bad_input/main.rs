@@ -172,10 +172,45 @@ fn all_problems_at_once() {
       - line 7, gear.tip_mm: is "high": invalid type: string "high", expected a number
           hint: the default is 0.9
       - line 8, gear.warp: unknown field
-          hint: known here: center_distance_mm, closure_threshold, contact_ratio, flank_radius_mm, least_contact_ratio, locus_control_points, minimum_wall_mm, norm_weight, normal_control_points, root_mm, samples, sub_gear_pairs, teeth, tip_mm, tooth_thickness_mm
+          hint: known here: center_distance_mm, closure_threshold, contact_ratio, driver_teeth, flank_radius_mm, follower_teeth, least_contact_ratio, locus_control_points, minimum_wall_mm, norm_weight, normal_control_points, root_mm, samples, sub_gear_pairs, teeth, tip_mm, tooth_thickness_mm
       - line 10, fit.clearance_mm: is NaN, allowed 0 to 2
       - line 12, search.effort: is 0, allowed 0.001 to 1000
     "#);
+}
+
+#[test]
+fn ranges_of_a_reciprocating_driver() {
+    let formula = |lines: &str, parts: &[&str]| {
+        let text = format!("class = \"1R\"\n[motion]\nkind = \"formula\"\n{lines}");
+        refused(&text, parts);
+    };
+    let there = "drive = \"reciprocating\"\n";
+    formula(
+        there,
+        &["motion.range_deg", "is missing", "range_deg = [-60, 60]"],
+    );
+    formula("range_deg = [-60, 60]", &["drive is not \"reciprocating\""]);
+    formula(
+        &format!("{there}range_deg = [-5, 5]"),
+        &["allowed are 20 to 330"],
+    );
+    formula(
+        &format!("{there}range_deg = [20, 80]"),
+        &["0 must be in it"],
+    );
+    formula(
+        &format!("{there}range_deg = [nan, 80]"),
+        &["motion.range_deg"],
+    );
+    formula("drive = \"rocking\"", &["rocking", "reciprocating"]);
+    formula(
+        &format!("{there}range_deg = [-60, 60]\n[gear]\ndriver_teeth = 20"),
+        &["gear.driver_teeth", "own_turn says how fast"],
+    );
+    formula(
+        &format!("{there}range_deg = [-60, 60]\n[search]\nmethod = \"paper\""),
+        &["search.method", "no reciprocating driver"],
+    );
 }
 
 #[test]
@@ -215,6 +250,31 @@ fn settings_out_of_range() {
         &["gear.sub_gear_pairs", "\"auto\""],
     );
     gear("teeth = 40", &["gear.teeth", "mm apart"]);
+    gear(
+        "driver_teeth = 15",
+        &[
+            "gear.driver_teeth",
+            "is 15, no multiple",
+            "of the 10 teeth",
+            "10 or 20 teeth",
+        ],
+    );
+    gear(
+        "driver_teeth = 6\nfollower_teeth = 12",
+        &["gear.driver_teeth", "is 6, no multiple", "12 or 24 teeth"],
+    );
+    gear(
+        "driver_teeth = 80",
+        &[
+            "no multiple (up to 6 times)",
+            "hint: 60 teeth on the driver",
+        ],
+    );
+    gear("driver_teeth = 0", &["is 0, allowed 3 to 180"]);
+    gear(
+        "driver_teeth = \"many\"",
+        &["gear.driver_teeth", "\"auto\" or a whole number"],
+    );
     refused(&uniform("[search]\neffort = 0"), &["search.effort"]);
     refused(
         &uniform("[search]\nseed = -1"),

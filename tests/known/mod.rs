@@ -8,7 +8,7 @@ use mpcgear::design::{
     ClosureSample, Contact, Design, FORMAT, Section, Station, SubGearPair, ToothPair,
 };
 use mpcgear::load::contacts::Configuration;
-use mpcgear::motion::{Class, Motion, MotionSource, MotionState};
+use mpcgear::motion::{Class, Drive, Motion, MotionSource};
 use mpcgear::settings::Settings;
 use nalgebra::Vector3;
 
@@ -38,7 +38,7 @@ pub fn band(motion: &Motion, law: Law) -> SubGearPair {
                     let (p, n) = law(phi, middle);
                     let h = 1e-5;
                     let speed = (law(phi + h, middle).0 - law(phi - h, middle).0) / (2.0 * h);
-                    let (one, two) = (MotionState::driver(L, phi), motion.state(phi));
+                    let (one, two) = (Drive::new(L, 1).state(phi), motion.state(phi));
                     let contact = Contact {
                         phi,
                         p,

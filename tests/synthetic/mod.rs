@@ -3,8 +3,8 @@
 
 use mpcgear::design::{Contact, Design, FORMAT, Section, Station, SubGearPair, ToothPair};
 use mpcgear::export::Source;
-use mpcgear::motion::{Class, Motion, MotionFile, MotionSource, MotionState};
-use mpcgear::settings::Settings;
+use mpcgear::motion::{Class, Motion, MotionFile, MotionSource};
+use mpcgear::settings::{Settings, ToothCount};
 use mpcgear::solid::Solids;
 use mpcgear::solid::recipe::Recipe;
 use nalgebra::Vector3;
@@ -19,7 +19,20 @@ const PRESSURE_ANGLE: f64 = 0.5;
 pub fn uniform(class: Class) -> (Design, Motion) {
     let source = MotionSource::Uniform {};
     let motion = Motion::new(class, &source).expect("uniform motion fits every class");
-    (with_motion(class, source, &motion), motion)
+    let design = with_motion((class, Settings::default()), source, &motion);
+    (design, motion)
+}
+
+/// The same with twice as many teeth on the driver, as far apart as usual.
+pub fn unequal(class: Class) -> (Design, Motion) {
+    let source = MotionSource::Uniform {};
+    let motion = Motion::new(class, &source).expect("uniform motion fits every class");
+    let mut settings = Settings::default();
+    settings.gear.driver_teeth = ToothCount::Fixed(2 * settings.gear.teeth);
+    settings.gear.center_distance_mm = 37.5;
+    let mut design = with_motion((class, settings), source, &motion);
+    design.name = format!("synthetic {class} unequal");
+    (design, motion)
 }
 
 /// The uniform design of `class` under that name, with its solids as exports take it, handed to `use_it`.
@@ -40,10 +53,15 @@ pub fn example(name: &str) -> (Design, Motion) {
     let path =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("examples/{name}.toml"));
     let (file, motion) = MotionFile::read(&path).expect("examples are sound");
-    (with_motion(file.class, file.source, &motion), motion)
+    let design = with_motion((file.class, Settings::default()), file.source, &motion);
+    (design, motion)
 }
 
-fn with_motion(class: Class, source: MotionSource, motion: &Motion) -> Design {
+fn with_motion(
+    (class, settings): (Class, Settings),
+    source: MotionSource,
+    motion: &Motion,
+) -> Design {
     let bands: &[Band] = match class {
         Class::R1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0)],
         Class::R1T1 => &[(0.0, 7.0, 1.0), (11.0, -7.0, 1.0), (22.0, 7.0, -1.0)],
@@ -61,7 +79,6 @@ fn with_motion(class: Class, source: MotionSource, motion: &Motion) -> Design {
             (-25.0, 7.0, -1.0),
         ],
     };
-    let settings = Settings::default();
     let gear = &settings.gear;
     let section = Section::of(&settings);
     let sub_gear_pairs = bands
@@ -98,8 +115,12 @@ fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usiz
         .map(|i| {
             let u = f64::from(i) / 24.0 - 0.5;
             let phi = middle + u * length;
-            let p = Vector3::new(-0.5 * gear.center_distance_mm, 0.0, z0 + travel * u);
-            let driver = MotionState::driver(gear.center_distance_mm, phi);
+            let p = Vector3::new(
+                -gear.drive().follower_pitch_radius(1.0),
+                0.0,
+                z0 + travel * u,
+            );
+            let driver = gear.drive().state(phi);
             let follower = motion.state(phi);
             let velocity = Vector3::new(0.0, 0.0, rise);
             let across = side * Vector3::x().cross(&(velocity - follower.velocity(p)));

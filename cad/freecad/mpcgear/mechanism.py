@@ -46,9 +46,17 @@ class Mechanism:
         rotation = low[1].Rotation.slerp(high[1].Rotation, share)
         return App.Placement(base, rotation), low[2] + (high[2] - low[2]) * share
 
+    def within(self, phi):
+        """φ, or the nearest row's where the motion is not known."""
+        after = bisect.bisect_right(self.phis, phi) % len(self.phis)
+        low, high = self.phis[after - 1], self.phis[after]
+        if (high - low) % TURN <= math.radians(20):
+            return phi
+        return low if (phi - low) % TURN < (high - phi) % TURN else high
+
     def move(self, phi):
         """Turns the driver to φ (rad), moves follower and slider along, and returns Q."""
-        self.phi = phi % TURN
+        self.phi = phi = self.within(phi % TURN)
         pose, q = self.at(phi)
         poses.place(self.document, self.distance, phi, pose)
         for part in self.parts():

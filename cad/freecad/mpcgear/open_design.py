@@ -7,7 +7,7 @@ import os
 import FreeCAD as App
 
 from . import builder
-from .poses import vector
+from .poses import copies, vector
 from .progress import Cancelled
 
 FORMATS = (1, 2)
@@ -40,9 +40,11 @@ def read(path):
         design["poses"] = contact_poses(design)
     else:
         place_on_gears(design)
-        rows = {round(row[0] % (2 * math.pi), 9): [row[0] % (2 * math.pi)] + row[1:]
+        turn, count = 2 * math.pi, copies(design)
+        rows = {round(row[0] % turn, 9): [row[0] % turn] + row[1:]
                 for tooth in design["poses"] for row in tooth}
-        design["poses"] = [row for _, row in sorted(rows.items())]
+        design["poses"] = [[(row[0] + turn * i) / count] + row[1:]
+                           for i in range(count) for _, row in sorted(rows.items())]
     for pair in design["sub_gear_pairs"]:
         for tooth in pair["teeth"]:
             tooth["stations"] = [tooth["stations"][i] for i in chosen(len(tooth["stations"]))]
@@ -63,13 +65,14 @@ def place_on_gears(design):
     """Adds to every station where it is in the frames of driver and follower: p1 and p2, n1 and n2
     into the material, t1 and t2 along the gears' curves."""
     axis = App.Vector(-design["settings"]["gear"]["center_distance_mm"], 0, 0)
+    rate = 1 / copies(design)
     for pair in design["sub_gear_pairs"]:
         for tooth, poses in zip(pair["teeth"], design["poses"]):
             for station, (phi, x, y, z, *q) in zip(tooth["stations"], poses):
                 p, n, v = (vector(station[name]) for name in "pnv")
-                driver = App.Rotation(App.Vector(0, 0, 1), math.degrees(phi)).inverted()
+                driver = App.Rotation(App.Vector(0, 0, 1), math.degrees(phi * rate)).inverted()
                 follower = App.Rotation(*q).inverted()
-                slide = v - App.Vector(0, 0, 1).cross(p - axis)
+                slide = v - App.Vector(0, 0, rate).cross(p - axis)
                 station["p1"] = list(driver.multVec(p - axis) + axis)
                 station["n1"] = list(driver.multVec(n) * -1)
                 station["t1"] = list(driver.multVec(slide).normalize())

@@ -12,8 +12,17 @@ def vector(values):
     return App.Vector(*values)
 
 
+def copies(design):
+    """How many times as many teeth as the follower the driver has: so many periods of the motion make one
+    turn of the driver."""
+    gear = design["settings"]["gear"]
+    driver, follower = (gear.get(name, "auto") for name in ("driver_teeth", "follower_teeth"))
+    driver, follower = (gear["teeth"] if own == "auto" else own for own in (driver, follower))
+    return driver // follower
+
+
 def follower_poses(design):
-    """[(φ in rad, placement of the follower)], increasing φ in [0, 2π], of the design's `poses`:
+    """[(driver angle φ in rad, placement of the follower)], increasing φ in [0, 2π], of the design's `poses`:
     rows of φ, position in mm, and quaternion with its real part last."""
     return [(row[0], App.Placement(vector(row[1:4]), App.Rotation(*row[4:8])))
             for row in design["poses"]]
@@ -28,13 +37,13 @@ def build_poses(document, design):
     sheet.setStyle("A1:I1", "bold", "add")
     for row, (phi, pose) in enumerate(follower_poses(design), 2):
         values = [math.degrees(phi)] + list(pose.Base) + list(pose.Rotation.Q)
-        values.append(closure_at(design["closure"], phi))
+        values.append(closure_at(design["closure"], phi * copies(design)))
         for column, value in zip("ABCDEFGHI", values):
             sheet.set(column + str(row), "=" + number(value))
 
 
 def closure_at(samples, phi):
-    """Q of the sample nearest to φ."""
+    """Q of the sample nearest to phase φ."""
     turn = 2 * math.pi
 
     def away(sample):

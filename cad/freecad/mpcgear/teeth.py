@@ -9,7 +9,7 @@ import FreeCAD as App
 import Part
 
 from .parameters import TEETH
-from .poses import vector
+from .poses import copies, vector
 from .progress import Progress
 
 SHORTEST_RIB = 0.8  # a rib's foot is at most this share of the tooth's distance from the axis
@@ -74,13 +74,17 @@ def bands(design, gear):
 def store(feature, design, gear):
     """Writes into `feature` where the sections of the teeth of `gear` stand."""
     digit, axis, foot = gear_frame(design, gear)
+    count = copies(design) if gear == "driver" else 1
+    turns = [App.Placement(App.Vector(), App.Rotation(App.Vector(0, 0, 1), -360.0 * i / count), axis)
+             for i in range(count)]
     stand, counts, pairs = [], [], []
     for k, pair in enumerate(design["sub_gear_pairs"], 1):
-        for tooth in pair["teeth"]:
-            along = frames(tooth, digit, axis)
-            stand += [frame.placement() for frame in along]
-            counts.append(len(along))
-            pairs.append(k)
+        for turn in turns:
+            for tooth in pair["teeth"]:
+                along = [frame.placement() for frame in frames(tooth, digit, axis)]
+                stand += along if count == 1 else [turn.multiply(placement) for placement in along]
+                counts.append(len(along))
+                pairs.append(k)
     for kind, name, value, words in (
         ("App::PropertyPlacementList", "Stations", stand, "Where the sections stand, tooth by tooth"),
         ("App::PropertyIntegerList", "Counts", counts, "Sections of every tooth"),
