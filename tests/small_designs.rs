@@ -1,7 +1,6 @@
 //! One small seeded design a class: as good as it was, sound on the meshes, and the same bytes whatever
 //! the number of threads.
 
-use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::path::Path;
 
