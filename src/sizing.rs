@@ -213,7 +213,8 @@ impl Sizes<'_> {
             None => synthesis::design(&file, self.motion, &first.bands, Flanks::Flat),
         };
         let load = &file.settings.load;
-        let report = design.and_then(|d| load::analyse(&d, self.motion, load, Sampling::of(self.motion)));
+        let report =
+            design.and_then(|d| load::analyse(&d, self.motion, load, Sampling::of(self.motion)));
         let report = match report {
             Ok(report) => report,
             Err(Error::Infeasible { .. }) => return Ok((tried, None)),

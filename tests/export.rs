@@ -80,6 +80,7 @@ fn summary_has_the_agreed_keys() {
             "class",
             "k",
             "j",
+            "driver_teeth",
             "contact_ratio",
             "feasible",
             "draft",

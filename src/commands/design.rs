@@ -181,7 +181,11 @@ impl Job<'_> {
         if outcome.solids.is_some() && !args.draft && !self.watch.is_overdue() {
             let paths: Vec<PathBuf> = files.iter().map(|f| f.path.clone()).collect();
             let text = std::fs::read_to_string(&args.file).unwrap_or_default();
-            files.push(super::report::page(&source, outcome.check.as_ref(), (&paths, &text))?);
+            files.push(super::report::page(
+                &source,
+                outcome.check.as_ref(),
+                (&paths, &text),
+            )?);
         }
         summary.wall_seconds = self.watch.seconds();
         summary.stages = self.watch.stages();

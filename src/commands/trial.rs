@@ -292,7 +292,11 @@ fn made(trial: &Trial, record: &mut Record) -> Result<Vec<File>> {
         let text = std::fs::read_to_string(trial.motion).unwrap_or_default();
         let mut beside: Vec<_> = files.iter().map(|f| f.path.clone()).collect();
         beside.push(mpcgear::explore::trial::RECORD.into());
-        files.push(super::report::page(&source, outcome.check.as_ref(), (&beside, &text))?);
+        files.push(super::report::page(
+            &source,
+            outcome.check.as_ref(),
+            (&beside, &text),
+        )?);
     }
     Ok(files)
 }

@@ -90,7 +90,10 @@ pub fn figures(outcome: &Outcome, motion: &Motion, summary: &Summary) -> Figures
     ]);
     let load = &design.settings.load;
     let known = check.as_ref().and_then(|check| check.load.clone());
-    let report = known.map_or_else(|| load::analyse(design, motion, load, Sampling::of(motion)), Ok);
+    let report = known.map_or_else(
+        || load::analyse(design, motion, load, Sampling::of(motion)),
+        Ok,
+    );
     if let Ok(report) = report {
         figures.extend(loaded(&report));
     }

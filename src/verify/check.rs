@@ -15,12 +15,12 @@ use super::touching::{self, Touching};
 use super::{
     Mechanism, Progress, Proof, ProofSettings, apart, conjugation, insertion, joints, prove,
 };
+use crate::certified::{self, Certified};
 use crate::design::{ClosureSample, Design};
+use crate::load::LoadReport;
 use crate::motion::Motion;
 use crate::solid::Mesh;
 use crate::solid::assembly::{Carrier, SolidBody};
-use crate::certified::{self, Certified};
-use crate::load::LoadReport;
 use crate::{Error, Result};
 
 /// Everything that is checked.
@@ -208,7 +208,8 @@ pub fn examine(
             play = hold::plays(&held, &known(Some(&closure)), (&input.effort, clearance));
             claims.push(hold::play_claim(&play));
             step("proof: flanks", 0.7)?;
-            let (contacts, spans) = touching::claims(design, input.motion.cycle(), (driver, follower));
+            let (contacts, spans) =
+                touching::claims(design, input.motion.cycle(), (driver, follower));
             claims.extend(contacts);
             touching = spans;
             step("proof: joints", 0.8)?;

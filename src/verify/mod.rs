@@ -222,7 +222,10 @@ pub fn prove(
     };
     let mut pairs = Vec::new();
     for (done, &(i, j)) in moving.iter().enumerate() {
-        step("proof: overlap", 0.3 + 0.5 * done as f64 / moving.len() as f64)?;
+        step(
+            "proof: overlap",
+            0.3 + 0.5 * done as f64 / moving.len() as f64,
+        )?;
         pairs.push(overlap::apart((&parts[i], &parts[j]), mechanism, &overlap));
     }
     step("proof: escapes", 0.8)?;
