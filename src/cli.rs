@@ -30,11 +30,15 @@ pub struct Cli {
 pub enum Command {
     /// Design the mechanism of a motion file, prove it and write everything.
     Design(DesignArgs),
-    /// Write a commented starter motion file.
+    /// Write a commented starter motion file, or one of the examples.
+    #[command(group = clap::ArgGroup::new("kind").required(true))]
     New {
         /// Class of the follower-support joint: 1R, 1R1T, 3R or 3R1T.
-        #[arg(long, value_parser = parse_class)]
-        class: mpcgear::motion::Class,
+        #[arg(long, value_parser = parse_class, group = "kind")]
+        class: Option<mpcgear::motion::Class>,
+        /// Example to begin with instead.
+        #[arg(long, value_parser = mpcgear::motion::examples::names(), group = "kind")]
+        example: Option<String>,
         /// File to write; an existing file is left alone.
         file: PathBuf,
     },
@@ -116,6 +120,9 @@ pub enum MotionCommand {
     Show {
         /// Motion file (TOML).
         file: PathBuf,
+        /// Print the motion over the driver angle as CSV instead.
+        #[arg(long, conflicts_with = "json")]
+        csv: bool,
     },
 }
 
@@ -140,6 +147,9 @@ pub struct DesignArgs {
     /// First look in a few seconds: bodies and figures of a choice that is neither polished nor proved.
     #[arg(long, conflicts_with = "method")]
     pub draft: bool,
+    /// Progress as lines of JSON on standard error, for programs that show it.
+    #[arg(long)]
+    pub progress: bool,
     /// Parameterisation instead of the file's.
     #[arg(long, value_enum)]
     pub method: Option<Method>,

@@ -18,6 +18,8 @@ pub struct Watch {
     bar: ProgressBar,
     /// Where there is no terminal to draw a bar on: the stage that was last written as a line.
     lines: Option<Mutex<&'static str>>,
+    /// Where a program reads: when the last line of JSON was written, s, and for which stage.
+    records: Option<Mutex<(f64, &'static str)>>,
     interrupted: Arc<AtomicBool>,
     started: Instant,
     stages: Mutex<Stages>,
@@ -29,6 +31,8 @@ pub struct Watch {
 const SEARCH: f64 = 0.5;
 /// Share of the time limit after which bodies and proof end; the rest is for the files.
 const PROOF: f64 = 0.85;
+/// Least time between two lines for programs, s.
+const RECORD_S: f64 = 0.2;
 /// Seconds after that in which a step under way may come to its end.
 const GRACE_S: f64 = 0.5;
 
@@ -56,10 +60,20 @@ impl Watch {
         Watch {
             bar,
             lines: (!quiet && !std::io::stderr().is_terminal()).then(|| Mutex::new("")),
+            records: None,
             interrupted,
             started: Instant::now(),
             stages: Mutex::default(),
             limit_s: OnceLock::new(),
+        }
+    }
+
+    /// As [`Watch::new`], with progress as lines of JSON on standard error: seconds, stage, share of the
+    /// stage that is done, usable bands, best hold so far.
+    pub fn for_programs() -> Watch {
+        Watch {
+            records: Some(Mutex::new((f64::NEG_INFINITY, ""))),
+            ..Watch::new(true)
         }
     }
 
@@ -125,12 +139,32 @@ impl Watch {
             }
         }
         self.show(&message, progress.done);
+        self.record(progress);
         let share = if progress.is_search() { SEARCH } else { PROOF };
         if self.interrupted() || self.is_late(share, 0.0) {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
+    }
+
+    /// Writes a line for programs: at every new stage, and a few a second.
+    fn record(&self, progress: &Progress) {
+        let Some(last) = &self.records else { return };
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = self.seconds();
+        if now - last.0 < RECORD_S && last.1 == progress.stage {
+            return;
+        }
+        *last = (now, progress.stage);
+        let line = serde_json::json!({
+            "seconds": now,
+            "stage": progress.stage,
+            "done": progress.done,
+            "bands": progress.candidates,
+            "best_hold": progress.best_q,
+        });
+        eprintln!("{line}");
     }
 
     fn show(&self, message: &str, done: f64) {

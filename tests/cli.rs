@@ -275,6 +275,66 @@ fn new_writes_a_good_file_of_every_class_and_leaves_old_files_alone() {
 }
 
 #[test]
+fn examples_are_written_as_they_are_and_others_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), &["new", "--example", "trefoil", "my.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let written = fs::read_to_string(folder.path().join("my.toml")).unwrap();
+    assert_eq!(written, include_str!("../examples/trefoil.toml"));
+    for name in mpcgear::motion::examples::names() {
+        let example = mpcgear::motion::examples::example(name).unwrap();
+        assert!(
+            MotionFile::parse(example, Path::new(name), folder.path()).is_ok(),
+            "{name}"
+        );
+    }
+    refused(
+        folder.path(),
+        &["new", "--example", "quatrefoil", "a.toml"],
+        &["trefoil"],
+    );
+    refused(
+        folder.path(),
+        &["new", "--example", "trefoil", "--class", "3R", "a.toml"],
+        &["--class"],
+    );
+}
+
+#[test]
+fn programs_are_told_of_progress_in_lines_of_json() {
+    let folder = folder(UNIFORM);
+    let arguments = [
+        "--json",
+        "design",
+        "my.toml",
+        "-o",
+        "out",
+        "--effort",
+        "0.1",
+        "--progress",
+    ];
+    let output = run(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let lines = text(&output.stderr);
+    let lines: Vec<Value> = lines
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    let done = |l: &Value| l["done"].as_f64().is_some_and(|d| (0.0..=1.0).contains(&d));
+    assert!(lines.len() > 2 && lines.iter().all(done), "{lines:?}");
+    let seconds: Vec<f64> = lines.iter().filter_map(|l| l["seconds"].as_f64()).collect();
+    assert!(
+        seconds.is_sorted() && seconds.len() == lines.len(),
+        "{lines:?}"
+    );
+    let best = lines
+        .iter()
+        .filter_map(|l| l["best_hold"].as_f64())
+        .next_back();
+    assert!(best.is_some_and(|q| q > 5.0), "{lines:?}");
+}
+
+#[test]
 fn errors_are_json_where_that_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), &["--json", "design", "my.toml", "-o", "out"]);

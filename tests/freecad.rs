@@ -228,16 +228,21 @@ fn script_succeeds(name: &str, class: Class, teeth: usize) {
     }
 }
 
+/// Links the add-on into FreeCAD's folder of add-ons below a home, as its README says.
+fn install_addon(home: &Path) {
+    let addons = home.join(".local/share/FreeCAD/Mod");
+    std::fs::create_dir_all(&addons).expect("folder");
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("cad/freecad");
+    std::os::unix::fs::symlink(own, addons.join("mpcgear")).expect("link");
+}
+
 fn run_script(name: &str, design: &Design, variables: &[(&str, &str)]) {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("design.json");
     std::fs::write(&path, file::text(design).expect("json")).expect("written");
+    install_addon(folder.path());
     let output = Command::new("freecadcmd")
         .arg(script(name))
-        .env(
-            "MPCGEAR_ADDON",
-            concat!(env!("CARGO_MANIFEST_DIR"), "/cad/freecad"),
-        )
         .env("MPCGEAR_DESIGN", &path)
         .envs(variables.iter().copied())
         .env("HOME", folder.path())
@@ -249,6 +254,30 @@ fn run_script(name: &str, design: &Design, variables: &[(&str, &str)]) {
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
+}
+
+#[test]
+fn addon_has_what_its_manager_asks_for() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let addon = root.join("cad/freecad");
+    let text = std::fs::read_to_string(addon.join("package.xml")).expect("package.xml");
+    let value = |tag: &str| -> Vec<String> {
+        let (open, close) = (format!("<{tag}"), format!("</{tag}>"));
+        let parts = text.split(&open).skip(1);
+        let inner = parts.filter_map(|part| part.split_once('>')?.1.split_once(&close));
+        inner.map(|(value, _)| value.to_string()).collect()
+    };
+    assert_eq!(value("version"), [env!("CARGO_PKG_VERSION")]);
+    assert_eq!(value("freecadmin"), ["0.20.0"; 2]);
+    for icon in value("icon") {
+        assert!(addon.join(&icon).is_file(), "{icon}");
+    }
+    assert!(text.contains(r#"<url type="repository" branch="#), "{text}");
+    for license in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        assert!(text.contains(&format!(r#"<license file="{license}">"#)));
+        let read = |folder: &Path| std::fs::read(folder.join(license)).expect(license);
+        assert!(read(root) == read(&addon), "{license} is not the project's");
+    }
 }
 
 #[test]

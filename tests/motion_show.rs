@@ -180,3 +180,27 @@ fn a_bad_file_is_refused_as_by_design() {
     assert_eq!(text(&shown.stderr), text(&designed.stderr));
     assert_eq!(text(&shown.stdout), "");
 }
+
+#[test]
+fn the_course_is_a_row_per_degree_with_what_the_survey_says() {
+    let folder = folder(
+        "class = \"1R1T\"\n[motion]\nkind = \"formula\"\ntranslation = [\"0\", \"0\", \"3*sin(phi)\"]\n",
+    );
+    let output = run(&folder, &["motion", "show", "my.toml", "--csv"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
+    let columns = reader.headers().unwrap().clone();
+    let at = |name: &str| columns.iter().position(|c| c == name).unwrap();
+    let rows: Vec<Vec<f64>> = reader
+        .records()
+        .map(|row| row.unwrap().iter().map(|c| c.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(rows.len(), 361);
+    let quarter = &rows[90];
+    near(quarter[at("phi_deg")], 90.0, 1e-6);
+    near(quarter[at("slide_mm")], 3.0, 1e-6);
+    near(quarter[at("turn_deg")], -90.0, 1e-6);
+    near(quarter[at("slide_speed_mm_rad")], 0.0, 1e-6);
+    near(quarter[at("sharpness_mm_rad2")], 3.0, 1e-6);
+    near(rows[0][at("slide_speed_mm_rad")], 3.0, 1e-6);
+}

@@ -30,7 +30,10 @@ use crate::terminal::Watch;
 /// Bad input and folders that cannot be written, before anything is computed; motions that cannot be
 /// made, after their draft is written; an interrupt before there was a design; defects of ours.
 pub fn run(cli: &Cli, args: &DesignArgs) -> Result<u8> {
-    let watch = Arc::new(Watch::new(cli.quiet || cli.json));
+    let watch = Arc::new(match args.progress {
+        true => Watch::for_programs(),
+        false => Watch::new(cli.quiet || cli.json),
+    });
     let (mut file, motion) = MotionFile::read_changed(&args.file, &args.set)?;
     override_settings(&mut file, args)?;
     watch.limit(file.settings.search.time_limit_s);

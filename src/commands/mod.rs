@@ -5,7 +5,7 @@ mod design;
 mod explore;
 mod inspect;
 mod manual;
-mod motion;
+mod motions;
 mod render;
 mod report;
 mod size;
@@ -15,7 +15,7 @@ use std::io::Write;
 use std::path::Path;
 
 use mpcgear::export::figures::Figure;
-use mpcgear::{Error, Result};
+use mpcgear::{Error, Result, motion};
 
 use crate::cli::{Cli, Command};
 
@@ -26,8 +26,15 @@ use crate::cli::{Cli, Command};
 pub fn run(cli: &Cli) -> Result<u8> {
     match &cli.command {
         Command::Design(args) => design::run(cli, args),
-        Command::New { class, file } => {
-            create(file, &mpcgear::motion::starter(*class))?;
+        Command::New {
+            class,
+            example,
+            file,
+        } => {
+            let example = example.as_deref().and_then(motion::examples::example);
+            let starter = || class.map(motion::starter);
+            let text = example.map(String::from).or_else(starter);
+            create(file, &text.unwrap_or_default())?;
             say(
                 cli,
                 &format!(
@@ -53,7 +60,7 @@ pub fn run(cli: &Cli) -> Result<u8> {
         },
         Command::Compare { designs, out } => inspect::compare(cli, designs, out),
         Command::Size(args) => size::run(cli, args),
-        Command::Motion(command) => motion::run(cli, command),
+        Command::Motion(command) => motions::run(cli, command),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),
         Command::Completions { shell } => manual::completions(*shell),
         Command::Man { folder } => manual::pages(cli, folder),

@@ -1,6 +1,6 @@
 //! FreeCAD: the macro that rebuilds a design as a parametric tree, and STEP by running it.
 //!
-//! The macro is the add-on's own builder (`cad/freecad/mpcgear`), inlined, with the design's
+//! The macro is the add-on's own builder (`cad/freecad/freecad/mpcgear`), inlined, with the design's
 //! numbers behind it; so the macro, the add-on and the STEP file are one and the same geometry.
 
 use std::path::{Path, PathBuf};
@@ -19,18 +19,18 @@ use crate::{Error, Result, escape};
 const TEMPLATE: &str = include_str!("../../templates/macro.FCMacro.jinja");
 /// The add-on's modules that the macro consists of, in the order of their imports.
 const MODULES: [&str; 12] = [
-    include_str!("../../cad/freecad/mpcgear/parameters.py"),
-    include_str!("../../cad/freecad/mpcgear/progress.py"),
-    include_str!("../../cad/freecad/mpcgear/poses.py"),
-    include_str!("../../cad/freecad/mpcgear/options.py"),
-    include_str!("../../cad/freecad/mpcgear/sections.py"),
-    include_str!("../../cad/freecad/mpcgear/teeth.py"),
-    include_str!("../../cad/freecad/mpcgear/datums.py"),
-    include_str!("../../cad/freecad/mpcgear/check.py"),
-    include_str!("../../cad/freecad/mpcgear/step.py"),
-    include_str!("../../cad/freecad/mpcgear/files.py"),
-    include_str!("../../cad/freecad/mpcgear/printing.py"),
-    include_str!("../../cad/freecad/mpcgear/builder.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/parameters.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/progress.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/poses.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/options.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/sections.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/teeth.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/datums.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/check.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/step.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/files.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/printing.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/builder.py"),
 ];
 
 /// Every which frame of the mesh's tooth carries a section of the loft: lofts through every third

@@ -1,7 +1,36 @@
-//! What a motion is like: its figures in words.
+//! What a motion is like: its figures in words, and its course as a table.
 
 use super::figures::{Figure, rounded};
-use crate::motion::survey::Survey;
+use crate::motion::survey::{Sample, Survey};
+use crate::table::Table;
+
+type Column = (&'static str, fn(&Sample) -> f64);
+
+/// Columns of the course; the point is that where the load acts.
+const COURSE: [Column; 10] = [
+    ("phi_deg", |s| s.phi_deg),
+    ("x_mm", |s| s.point_mm[0]),
+    ("y_mm", |s| s.point_mm[1]),
+    ("z_mm", |s| s.point_mm[2]),
+    ("tilt_deg", |s| s.tilt_deg),
+    ("turn_deg", |s| s.turn_deg),
+    ("slide_mm", |s| s.slide_mm),
+    ("turn_speed", |s| s.turn_speed),
+    ("slide_speed_mm_rad", |s| s.slide_speed_mm_rad),
+    ("sharpness_mm_rad2", |s| s.sharpness_mm_rad2),
+];
+
+/// The samples of a survey, a row each.
+pub fn course(survey: &Survey) -> Table {
+    // Below the sixth decimal there is round-off only.
+    let cell = |x: f64| format!("{:.6}", if x.abs() < 5e-7 { 0.0 } else { x });
+    let row = |s: &Sample| COURSE.iter().map(|(_, value)| cell(value(s))).collect();
+    Table {
+        columns: COURSE.iter().map(|(name, _)| (*name).into()).collect(),
+        names: 0,
+        rows: survey.samples.iter().map(row).collect(),
+    }
+}
 
 /// The figures of a survey.
 pub fn figures(survey: &Survey) -> Vec<Figure> {

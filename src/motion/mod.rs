@@ -8,6 +8,7 @@ mod cycle;
 mod derivative;
 pub(crate) mod document;
 mod drive;
+pub mod examples;
 mod expression;
 pub(crate) mod file;
 mod formula;
@@ -109,6 +110,7 @@ impl MotionState {
 /// A motion as the user gave it, self-contained (files inlined).
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
+#[allow(clippy::large_enum_variant)] // there is one of them
 pub enum MotionSource {
     /// Uniform rotation −φ about z.
     Uniform {},

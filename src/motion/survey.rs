@@ -32,6 +32,8 @@ pub struct Sample {
     pub turn_speed: f64,
     /// Change of `slide_mm` per radian of the driver, mm/rad.
     pub slide_speed_mm_rad: f64,
+    /// How fast the motion changes, as in [`Sharpness`], mm/rad².
+    pub sharpness_mm_rad2: f64,
 }
 
 /// How fast the follower's twist changes, turns counted at its pitch radius L/2.
@@ -92,14 +94,10 @@ pub struct Survey {
 /// Where the motion changes fastest, for a centre distance in mm.
 pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
     let radius = center_distance / 2.0;
-    let change = |phi: f64| {
-        let state = motion.state(phi);
-        state.omega_rate.norm() * radius + state.v_origin_rate.norm()
-    };
     let (phi, most) = motion
         .cycle()
         .phases(PHASES)
-        .map(|phi| (phi, change(phi)))
+        .map(|phi| (phi, change(&motion.state(phi), radius)))
         .fold((0.0, 0.0), |best, at| if at.1 > best.1 { at } else { best });
     Sharpness {
         most_mm_rad2: most,
@@ -109,10 +107,15 @@ pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
     }
 }
 
+/// |dω/dφ| of a pitch `radius` (mm) + |dv/dφ|, mm/rad².
+fn change(state: &MotionState, radius: f64) -> f64 {
+    state.omega_rate.norm() * radius + state.v_origin_rate.norm()
+}
+
 /// Looks at one period of `motion`: gears at `center_distance` mm, and the path of a `point` of the
 /// follower's frame, mm.
 pub fn survey(motion: &Motion, center_distance: f64, point: Vector3<f64>) -> Survey {
-    let samples = samples(motion, point);
+    let samples = samples(motion, point, center_distance / 2.0);
     let most = |get: &dyn Fn(&Sample) -> f64| samples.iter().map(get).fold(0.0, f64::max);
     let heights = || samples.iter().map(|s| s.slide_mm);
     let (first, last) = (samples[0], samples[samples.len() - 1]);
@@ -138,7 +141,7 @@ pub fn survey(motion: &Motion, center_distance: f64, point: Vector3<f64>) -> Sur
     }
 }
 
-fn samples(motion: &Motion, point: Vector3<f64>) -> Vec<Sample> {
+fn samples(motion: &Motion, point: Vector3<f64>, radius: f64) -> Vec<Sample> {
     let phase = |i: usize| motion.cycle().part(i, PHASES);
     let states: Vec<MotionState> = (0..=PHASES).map(|i| motion.state(phase(i))).collect();
     let turns = hub::unwrapped(states.iter().map(|s| s.pose.quaternion()));
@@ -153,6 +156,7 @@ fn samples(motion: &Motion, point: Vector3<f64>) -> Vec<Sample> {
             slide_mm: state.pose.translation.z,
             turn_speed: state.omega.norm(),
             slide_speed_mm_rad: state.velocity(state.pose.translation).z,
+            sharpness_mm_rad2: change(state, radius),
         })
         .collect()
 }

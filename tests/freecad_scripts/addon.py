@@ -1,6 +1,6 @@
 """Runs inside freecadcmd: the add-on without a window, judged on a design of uniform motion.
 
-MPCGEAR_ADDON is the add-on's folder, MPCGEAR_DESIGN a design.json; exit code 0 when all holds.
+The add-on is installed; MPCGEAR_DESIGN is a design.json; exit code 0 when all holds.
 """
 
 import math
@@ -11,9 +11,7 @@ import traceback
 
 import FreeCAD as App
 
-sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
-
-from mpcgear import check, files, mechanism, open_design, parameters, poses, teeth  # noqa: E402
+from freecad.mpcgear import check, files, mechanism, open_design, parameters, poses, teeth
 
 
 def same(a, b, tolerance):

@@ -1,6 +1,6 @@
 """Runs inside freecadcmd: what a user builds on a hub survives changes of the parameters.
 
-MPCGEAR_ADDON is the add-on's folder, MPCGEAR_DESIGN a design.json; exit code 0 when all holds. An arm
+The add-on is installed; MPCGEAR_DESIGN is a design.json; exit code 0 when all holds. An arm
 with a pocket stands on the mount and a rounded edge on the hub; the teeth are fused outside of them.
 """
 
@@ -12,9 +12,7 @@ import traceback
 import FreeCAD as App
 import Part
 
-sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
-
-from mpcgear import check, datums, files, open_design, parameters, teeth  # noqa: E402
+from freecad.mpcgear import check, datums, files, open_design, parameters, teeth
 
 ARM, POCKET, ROUND = (30.0, 6.0, 4.0), (20.0, 2.0, 3.0), 0.4  # length, width, height; mm
 CHANGES = (

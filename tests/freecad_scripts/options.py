@@ -1,6 +1,6 @@
 """Runs inside freecadcmd: every option of the sheets changes what it names, and only that.
 
-MPCGEAR_ADDON is the add-on's folder, MPCGEAR_DESIGN a design.json of class 3R; exit code 0 when all
+The add-on is installed; MPCGEAR_DESIGN is a design.json of class 3R; exit code 0 when all
 holds. The judge is arithmetic: volumes and faces of the bounding box of every part.
 """
 
@@ -11,9 +11,7 @@ import traceback
 
 import FreeCAD as App
 
-sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
-
-from mpcgear import check, files, open_design, parameters, teeth  # noqa: E402
+from freecad.mpcgear import check, files, open_design, parameters, teeth
 
 PARTS = ("Driver", "Follower", "Support")
 

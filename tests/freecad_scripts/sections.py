@@ -1,6 +1,6 @@
 """Runs inside freecadcmd: the sketches of the teeth follow their parameters.
 
-MPCGEAR_ADDON is the add-on's folder, MPCGEAR_DESIGN a design.json, MPCGEAR_EXPECTED a list of
+The add-on is installed; MPCGEAR_DESIGN is a design.json, MPCGEAR_EXPECTED a list of
 [alias, value, area of every pair's section, highest and lowest corner]; exit code 0 when all holds.
 """
 
@@ -12,9 +12,7 @@ import traceback
 import FreeCAD as App
 import Part
 
-sys.path.insert(0, os.environ["MPCGEAR_ADDON"])
-
-from mpcgear import open_design, parameters, sections  # noqa: E402
+from freecad.mpcgear import open_design, parameters, sections
 
 
 def agrees(sketch, area, high, low):

@@ -13,7 +13,8 @@ from .mechanism import TOUCH, Mechanism, NoMechanism
 from .open_design import DesignError, open_design
 from .progress import Cancelled
 
-RESOURCES = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources")
+translate = App.Qt.translate
+RESOURCES = os.path.join(os.path.dirname(__file__), "resources")
 
 
 def tell(title, words):
@@ -48,8 +49,8 @@ class Command:
 class OpenDesign(Command):
     """Open mpcgear design…"""
 
-    title = "Open mpcgear design…"
-    tip = "Builds the mechanism of a design.json in a new document"
+    title = translate("mpcgear", "Open mpcgear design…")
+    tip = translate("mpcgear", "Builds the mechanism of a design.json in a new document")
     icon = "open.svg"
 
     def IsActive(self):
@@ -65,8 +66,8 @@ class OpenDesign(Command):
 class RebuildTeeth(Command):
     """Rebuild teeth"""
 
-    title = "Rebuild teeth"
-    tip = "Builds the teeth anew after a change of the sheet ToothParams"
+    title = translate("mpcgear", "Rebuild teeth")
+    tip = translate("mpcgear", "Builds the teeth anew after a change of the sheet ToothParams")
     icon = "teeth.svg"
 
     def run(self):
@@ -76,14 +77,15 @@ class RebuildTeeth(Command):
 class PutUnderTeeth(Command):
     """Put under the teeth"""
 
-    title = "Put under the teeth"
-    tip = "The selected feature, built on a hub, takes the place of that hub under the teeth"
+    title = translate("mpcgear", "Put under the teeth")
+    tip = translate("mpcgear", "The selected feature, built on a hub, takes the place of that hub under the teeth")
     icon = "hub.svg"
 
     def run(self):
         selected = Gui.Selection.getSelection()
         if len(selected) != 1:
-            raise datums.NotAHub("Select the last feature of what you have built on the hub.")
+            raise datums.NotAHub(translate(
+                "mpcgear", "Select the last feature of what you have built on the hub."))
         with_undo(self.title, App.ActiveDocument, lambda document: datums.adopt(document, selected[0]))
 
 
@@ -102,8 +104,8 @@ def with_undo(title, document, change):
 class Drive(Command):
     """Drive the gear"""
 
-    title = "Drive the gear"
-    tip = "Turns the driver and moves the follower; shows the driver angle and Q"
+    title = translate("mpcgear", "Drive the gear")
+    tip = translate("mpcgear", "Turns the driver and moves the follower; shows the driver angle and Q")
     icon = "drive.svg"
 
     def run(self):
@@ -113,8 +115,8 @@ class Drive(Command):
 class CheckClearance(Command):
     """Check clearance here"""
 
-    title = "Check clearance here"
-    tip = "Overlaps and gaps of the solids at the present driver angle"
+    title = translate("mpcgear", "Check clearance here")
+    tip = translate("mpcgear", "Overlaps and gaps of the solids at the present driver angle")
     icon = "clearance.svg"
 
     def run(self):

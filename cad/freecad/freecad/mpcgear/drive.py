@@ -10,7 +10,7 @@ from .mechanism import Mechanism
 
 STEPS = 720  # of the slider, per turn
 FRAME_MS = 40
-ICON = os.path.join(os.path.dirname(os.path.dirname(__file__)), "resources", "drive.svg")
+ICON = os.path.join(os.path.dirname(__file__), "resources", "drive.svg")
 
 
 class DrivePanel:

@@ -6,6 +6,7 @@ use mpcgear::Result;
 use mpcgear::export::motion_figures;
 use mpcgear::motion::MotionFile;
 use mpcgear::motion::survey::{Survey, survey};
+use mpcgear::table::Format;
 use serde::Serialize;
 
 use super::{json, print_out, say, say_figures};
@@ -17,7 +18,7 @@ use crate::cli::{Cli, MotionCommand};
 /// As those of the command.
 pub fn run(cli: &Cli, command: &MotionCommand) -> Result<u8> {
     match command {
-        MotionCommand::Show { file } => show(cli, file),
+        MotionCommand::Show { file, csv } => show(cli, file, *csv),
     }
 }
 
@@ -31,15 +32,20 @@ struct Answer<'a> {
     verdict: &'a str,
 }
 
-/// Prints the figures of the motion.
+/// Prints the figures of the motion, or its course over the driver angle as CSV.
 ///
 /// # Errors
 /// As [`MotionFile::read`].
-fn show(cli: &Cli, path: &Path) -> Result<u8> {
+fn show(cli: &Cli, path: &Path, csv: bool) -> Result<u8> {
     let (file, motion) = MotionFile::read(path)?;
     let settings = &file.settings;
     let point = settings.load.point_mm.into();
     let survey = survey(&motion, settings.gear.center_distance_mm, point);
+    if csv {
+        let table = motion_figures::course(&survey);
+        print_out(table.render(Format::Csv)?.trim_end())?;
+        return Ok(0);
+    }
     if cli.json {
         let answer = Answer {
             name: &file.name,

@@ -1,1 +1,0 @@
-"""Nothing to start without the GUI: `import mpcgear` works as it is."""

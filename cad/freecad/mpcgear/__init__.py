@@ -1,1 +1,0 @@
-"""FreeCAD add-on of mpcgear: gear mechanisms from a design.json."""
