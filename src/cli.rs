@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use mpcgear::load::Material;
 use mpcgear::motion::Change;
+use mpcgear::motion::fit::Tolerance;
 
 /// Designs multi-point conjugation gears: one motor, one gear pair, any periodic 3D motion.
 #[derive(Debug, Parser)]
@@ -124,6 +125,25 @@ pub enum MotionCommand {
         #[arg(long, conflicts_with = "json")]
         csv: bool,
     },
+    /// From measured or hand-made poses to a smooth motion file.
+    Fit(FitArgs),
+}
+
+/// Arguments of `motion fit`.
+#[derive(Debug, Args)]
+pub struct FitArgs {
+    /// Poses (CSV): phi_deg,x,y,z,qw,qx,qy,qz in mm.
+    pub poses: PathBuf,
+    /// How far the motion may be from the poses: 0.2mm,0.5deg.
+    #[arg(long, value_name = "MM,DEG", value_parser = parse_pose_tolerance)]
+    pub tolerance: Tolerance,
+    /// Class of the motion instead of the simplest that does.
+    #[arg(long, value_parser = parse_class)]
+    pub class: Option<mpcgear::motion::Class>,
+    /// Motion file to write, its poses beside it (.csv) [default: POSES_fitted.toml]; existing files are
+    /// left alone.
+    #[arg(short, long)]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `design`.
@@ -350,6 +370,23 @@ fn parse_length(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("`{text}` is not a length; write 0.5mm")),
     }
+}
+
+/// A length and an angle larger than 0, `0.2mm,0.5deg`.
+fn parse_pose_tolerance(text: &str) -> Result<Tolerance, String> {
+    let part = |text: &str, unit: &str| -> Option<f64> {
+        let number = text.trim().strip_suffix(unit)?.trim().parse().ok()?;
+        (f64::is_finite(number) && number > 0.0).then_some(number)
+    };
+    let parts = text.split_once(',');
+    parts
+        .and_then(|(mm, deg)| {
+            Some(Tolerance {
+                mm: part(mm, "mm")?,
+                deg: part(deg, "deg")?,
+            })
+        })
+        .ok_or_else(|| format!("`{text}` is not a length and an angle; write 0.2mm,0.5deg"))
 }
 
 /// Three lengths in mm, `220x220x250`.

@@ -127,6 +127,9 @@ fn every_example_turns_once_against_the_driver() {
     assert!(files.len() >= 8);
     for path in files {
         let (_, motion) = MotionFile::read(&path).unwrap();
+        if !motion.cycle().wraps() {
+            continue; // there and back its turn is free
+        }
         let survey = survey(&motion, L, [0.0, 0.0, 60.0].into());
         near(survey.net_turns, -1.0, 1e-6);
         assert!(survey.lead_max_deg < 180.0, "{}", path.display());

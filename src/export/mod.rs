@@ -11,6 +11,7 @@ pub mod curves;
 pub mod date;
 pub mod evidence;
 pub mod figures;
+pub mod fitted;
 pub mod format;
 pub mod freecad;
 pub mod mjcf;

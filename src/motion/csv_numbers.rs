@@ -8,9 +8,18 @@ const MAX_ROWS: usize = 100_000;
 /// Longest line, bytes.
 const MAX_LINE: usize = 10_000;
 
+/// A row of numbers and the line that it is on.
+pub(super) type Line = (u64, Vec<f64>);
+
 /// Rows of as many numbers as there are `columns`. A first line with the column names is optional, lines that
 /// begin with `#` and empty lines are skipped.
 pub(super) fn parse(text: &str, name: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Problems> {
+    let lines = parse_lines(text, name, columns)?;
+    Ok(lines.into_iter().map(|(_, row)| row).collect())
+}
+
+/// [`parse`], with the line of every row.
+pub(super) fn parse_lines(text: &str, name: &str, columns: &[&str]) -> Result<Vec<Line>, Problems> {
     let hint = format!("the columns are {}", columns.join(","));
     let hint = hint.as_str();
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -83,7 +92,7 @@ pub(super) fn parse(text: &str, name: &str, columns: &[&str]) -> Result<Vec<Vec<
                 }),
             }
         }
-        rows.push(row);
+        rows.push((line, row));
     }
     if problems.is_empty() {
         Ok(rows)

@@ -129,6 +129,14 @@ const TABLES: [&str; 10] = [
     "name", "class", "motion", "gear", "fit", "hub", "spokes", "support", "search", "load",
 ];
 
+/// Reads the text of a file of numbers.
+///
+/// # Errors
+/// [`Error::Io`] and [`Error::Input`] when it cannot be read, is too large or no text.
+pub fn read_csv(path: &Path) -> Result<String> {
+    read_text(path, MAX_BYTES)
+}
+
 /// Reads a text file of at most `most` bytes.
 pub(crate) fn read_text(path: &Path, most: u64) -> Result<String> {
     let file = File::open(path).map_err(Error::io(path))?;

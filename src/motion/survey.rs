@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::checks::{SPACE_MM, SPACE_RAD, tilt};
-use super::{Class, Motion, MotionState, hub};
+use super::{Class, Cycle, Motion, MotionState, hub};
 
 /// Phases looked at per period.
 const PHASES: usize = 360;
@@ -93,11 +93,19 @@ pub struct Survey {
 
 /// Where the motion changes fastest, for a centre distance in mm.
 pub fn sharpest(motion: &Motion, center_distance: f64) -> Sharpness {
+    sharpest_of(motion.cycle(), center_distance, |phi| motion.state(phi))
+}
+
+/// The same of any motion that runs through `cycle`.
+pub(super) fn sharpest_of(
+    cycle: Cycle,
+    center_distance: f64,
+    state: impl Fn(f64) -> MotionState,
+) -> Sharpness {
     let radius = center_distance / 2.0;
-    let (phi, most) = motion
-        .cycle()
+    let (phi, most) = cycle
         .phases(PHASES)
-        .map(|phi| (phi, change(&motion.state(phi), radius)))
+        .map(|phi| (phi, change(&state(phi), radius)))
         .fold((0.0, 0.0), |best, at| if at.1 > best.1 { at } else { best });
     Sharpness {
         most_mm_rad2: most,
