@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use super::{File, Source, card, freecad, mjcf, openscad, scad_sets, stations, stl, svg, threemf};
+use super::{
+    File, Source, all_poses, card, freecad, gltf, mjcf, openscad, scad_sets, stations, stl, svg,
+    threemf,
+};
 use crate::design::Design;
 use crate::solid::Solids;
 use crate::{Error, Problem, Result};
@@ -28,11 +31,15 @@ pub enum Format {
     Curves,
     /// The gears as a MuJoCo model.
     Mjcf,
+    /// The bodies in motion, for viewers and the web.
+    Gltf,
+    /// Poses of both gears over a whole cycle.
+    Poses,
 }
 
 impl Format {
     /// All formats, in the order of the list.
-    pub const ALL: [Format; 9] = [
+    pub const ALL: [Format; 11] = [
         Format::OpenScad,
         Format::FreeCad,
         Format::Stl,
@@ -42,6 +49,8 @@ impl Format {
         Format::Card,
         Format::Curves,
         Format::Mjcf,
+        Format::Gltf,
+        Format::Poses,
     ];
 
     /// Name on the command line.
@@ -56,6 +65,8 @@ impl Format {
             Format::Card => "card",
             Format::Curves => "curves",
             Format::Mjcf => "mjcf",
+            Format::Gltf => "gltf",
+            Format::Poses => "poses",
         }
     }
 
@@ -77,6 +88,8 @@ impl Format {
             Format::Mjcf => {
                 "MuJoCo model that moves by its contacts, with motor and payload; m, kg, s (.xml)"
             }
+            Format::Gltf => "coloured bodies that move through a whole cycle, m (.glb)",
+            Format::Poses => "poses of driver and follower over a whole cycle, mm (.csv)",
         }
     }
 
@@ -184,6 +197,8 @@ pub fn render(source: &Source, format: Format, part: Option<&str>) -> Result<Vec
             "leave `--part` out".into(),
         )),
         Format::Mjcf => Ok(vec![mjcf::file(source, solids)?]),
+        Format::Gltf => Ok(vec![gltf::file(source, solids, part)?]),
+        Format::Poses => Ok(vec![File::new("all_poses.csv", all_poses::csv(source)?)]),
         Format::Step => step(&one_part(source.with_recipe(solids), part), solids),
     }
 }

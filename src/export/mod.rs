@@ -3,6 +3,7 @@
 //! Everything is rendered in memory first ([`files`]), then written at once ([`crate::disk::Folder`]),
 //! so that files appear whole or not at all.
 
+mod all_poses;
 mod card;
 pub mod chart;
 mod compact;
@@ -14,6 +15,7 @@ pub mod figures;
 pub mod fitted;
 pub mod format;
 pub mod freecad;
+mod gltf;
 pub mod mjcf;
 pub mod motion_figures;
 pub mod openscad;
