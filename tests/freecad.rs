@@ -11,6 +11,7 @@ use mpcgear::export::freecad::{self, Built, Headless};
 use mpcgear::motion::{Class, Motion};
 use mpcgear::solid::{Solids, section};
 
+const BINARY: &str = env!("CARGO_BIN_EXE_mpcgear");
 const DATE: &str = "2026-01-01";
 
 /// Teeth per band of the tests' designs: enough to have neighbours, few enough for a quick FreeCAD.
@@ -241,13 +242,18 @@ fn run_script(name: &str, design: &Design, variables: &[(&str, &str)]) {
     let path = folder.path().join("design.json");
     std::fs::write(&path, file::text(design).expect("json")).expect("written");
     install_addon(folder.path());
-    let output = Command::new("freecadcmd")
+    let mut freecad = Command::new("freecadcmd");
+    freecad
         .arg(script(name))
         .env("MPCGEAR_DESIGN", &path)
         .envs(variables.iter().copied())
-        .env("HOME", folder.path())
-        .output()
-        .expect("starts");
+        .env("HOME", folder.path());
+    succeeds(&mut freecad);
+}
+
+/// Runs a script, which tells what failed.
+fn succeeds(freecad: &mut Command) {
+    let output = freecad.output().expect("starts");
     assert!(
         output.status.success(),
         "{}{}",
@@ -293,6 +299,32 @@ fn what_is_built_on_a_hub_survives_changes() {
 #[test]
 fn every_option_changes_what_it_names() {
     script_succeeds("options.py", Class::R3, 1);
+}
+
+#[test]
+fn a_motion_becomes_a_gear_and_a_redesign_keeps_what_was_built() {
+    if freecad_is_here() {
+        let design = built(Class::R1, 1).0;
+        run_script("new_gear.py", &design, &[("MPCGEAR_BINARY", BINARY)]);
+    }
+}
+
+#[test]
+fn the_window_lives_while_a_gear_is_designed() {
+    if !freecad_is_here() || !is_here("xvfb-run", &["-a", "true"], "xvfb") {
+        return;
+    }
+    let home = tempfile::tempdir().expect("folder");
+    install_addon(home.path());
+    let mut freecad = Command::new("xvfb-run");
+    freecad
+        .args(["-a", "-s", "-screen 0 1600x1200x24", "freecad"])
+        .arg(script("new_gear_window.py"))
+        .env("MPCGEAR_BINARY", BINARY)
+        .env("QTWEBENGINE_DISABLE_SANDBOX", "1")
+        .env("LIBGL_ALWAYS_SOFTWARE", "1")
+        .env("HOME", home.path());
+    succeeds(&mut freecad);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 # Everything is built of plain Spreadsheet, Sketcher and Part objects, so that the document opens and
 # hubs recompute wherever FreeCAD runs, with nothing of mpcgear installed. Lengths are mm.
 
+import json
 import math
 import re
 
@@ -11,7 +12,7 @@ from .check import build_check
 from .datums import build_datums
 from .files import COLOURS
 from .options import OptionTools, build_options, option_rows
-from .parameters import Expression, build_parameters, number
+from .parameters import Expression, build_parameters, kept, number, typed
 from .poses import build_poses, follower_poses, place, vector
 from .printing import build_print
 from .sections import build_sections
@@ -36,8 +37,24 @@ def build(document, design):
     build_check(document)
     phi, pose = follower_poses(design)[0]
     place(document, design["settings"]["gear"]["center_distance_mm"], phi, pose)
+    remember(document, design)
     document.recompute()
     return parts
+
+
+def remember(document, design):
+    """Keeps in the sheet Check what a redesign asks for: what was built, the values before anybody changed
+    them, and what the gear was designed for (where the design tells)."""
+    wanted = {key: design[key] for key in ("name", "class", "motion", "settings")} if "motion" in design else {}
+    for kind, name, value, words in (
+        ("App::PropertyStringList", "Made", [o.Name for o in document.Objects], "Objects that mpcgear has made"),
+        ("App::PropertyMap", "Designed", typed(document), "Values as designed"),
+        ("App::PropertyString", "Source", json.dumps(wanted) if wanted else "", "What the gear was designed for"),
+    ):
+        if name not in document.Check.PropertiesList:
+            document.Check.addProperty(kind, name, "mpcgear", words)
+            document.Check.setEditorMode(name, 2)
+        setattr(document.Check, name, value)
 
 
 class BodyBuilder:
@@ -55,7 +72,7 @@ class BodyBuilder:
         self.colour = COLOURS.get(body["name"], (0.8, 0.8, 0.8))
         moves = body["name"] != "support"  # a plain group has no origin: seven objects less
         kind = "App::Part" if moves else "App::DocumentObjectGroup"
-        self.part = self.document.addObject(kind, self.name)
+        self.part = kept(self.document, kind, self.name)
         steps = runs(body["features"])
         if body["name"] in option_rows(self.design):
             options = OptionTools(self, body["name"])
@@ -76,7 +93,8 @@ class BodyBuilder:
         solid.Visibility = True
         for key, value, words in (("Result", solid, "The finished solid"),
                                   ("Hub", hub, "The body without teeth, to build on")):
-            self.part.addProperty("App::PropertyLinkChild", key, "mpcgear", words)
+            if key not in self.part.PropertiesList:
+                self.part.addProperty("App::PropertyLinkChild", key, "mpcgear", words)
             setattr(self.part, key, value)
         return self.part
 

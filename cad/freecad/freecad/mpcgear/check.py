@@ -2,7 +2,7 @@
 
 import FreeCAD as App
 
-from .parameters import TEETH
+from .parameters import TEETH, kept_sheet
 from .teeth import SAME, aliases, features
 
 GOOD, BAD = (0.75, 0.93, 0.75, 1.0), (0.95, 0.45, 0.4, 1.0)
@@ -11,7 +11,7 @@ SAYS_TEETH, SAYS_SOLIDS = "B2", "B3"
 
 def build_check(document):
     """Builds the sheet; no other object follows it."""
-    sheet = document.addObject("Spreadsheet::Sheet", "Check")
+    sheet = kept_sheet(document, "Check")
     for column, width in zip("AB", (190, 520)):
         sheet.setColumnWidth(column, width)
     sheet.set("A1", "Check")
@@ -65,7 +65,8 @@ class Watch:
 
     def slotRecomputedDocument(self, document):
         """FreeCAD calls it after every recompute."""
-        if document.getObject("Check") is not None:
+        sheet = document.getObject("Check")
+        if sheet is not None and sheet.getContents("A1"):  # it is empty while a gear is built
             update(document)
 
 

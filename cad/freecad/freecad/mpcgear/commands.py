@@ -7,7 +7,7 @@ import FreeCAD as App
 import FreeCADGui as Gui
 from PySide import QtGui
 
-from . import datums, files, teeth
+from . import datums, files, new_gear, redesign, teeth
 from .drive import DrivePanel
 from .mechanism import TOUCH, Mechanism, NoMechanism
 from .open_design import DesignError, open_design
@@ -40,10 +40,35 @@ class Command:
     def Activated(self):
         try:
             self.run()
-        except (DesignError, NoMechanism, datums.NotAHub) as error:
+        except (DesignError, NoMechanism, datums.NotAHub, redesign.NotRedesigned) as error:
             tell(self.title, str(error))
         except Cancelled:
             App.Console.PrintMessage("mpcgear: cancelled\n")
+
+
+class NewGear(Command):
+    """New gear…"""
+
+    title = translate("mpcgear", "New gear…")
+    tip = translate("mpcgear", "Designs a gear for a motion: example, formulas, CSV, path or recorded poses")
+    icon = "new.svg"
+
+    def IsActive(self):
+        return True
+
+    def run(self):
+        Gui.Control.showDialog(new_gear.NewGearPanel())
+
+
+class Redesign(Command):
+    """Redesign…"""
+
+    title = translate("mpcgear", "Redesign…")
+    tip = translate("mpcgear", "Designs this gear again with changes; what you have built on it stays")
+    icon = "redesign.svg"
+
+    def run(self):
+        Gui.Control.showDialog(new_gear.NewGearPanel(App.ActiveDocument))
 
 
 class OpenDesign(Command):
@@ -130,7 +155,8 @@ class CheckClearance(Command):
 
 def register():
     """Registers the commands and returns their names."""
-    commands = {"Mpcgear_Open": OpenDesign, "Mpcgear_Teeth": RebuildTeeth,
+    commands = {"Mpcgear_New": NewGear, "Mpcgear_Redesign": Redesign,
+                "Mpcgear_Open": OpenDesign, "Mpcgear_Teeth": RebuildTeeth,
                 "Mpcgear_Hub": PutUnderTeeth, "Mpcgear_Drive": Drive,
                 "Mpcgear_Clearance": CheckClearance}
     for name, command in commands.items():

@@ -2,7 +2,7 @@
 
 import FreeCAD as App
 
-from .parameters import Expression
+from .parameters import Expression, kept
 
 
 class NotAHub(Exception):
@@ -31,7 +31,8 @@ def build_datums(document, design, names):
          "driver_bottom - joint_play - plate_thickness", "Underside of the base plate, z away from it"),
     ):
         part = document.getObject(owner)
-        datum = document.addObject("PartDesign::" + kind, name)
+        datum = kept(document, "PartDesign::" + kind, name)
+        datum.Label = name  # a feature of the recipe may have taken the name itself
         datum.Placement = place
         if height is not None:
             datum.setExpression("Placement.Base.z", Expression(names).length(height))
@@ -41,9 +42,11 @@ def build_datums(document, design, names):
             datum.Length = 2 * reach if height is None else reach / 2
         if kind == "Plane":
             datum.Width = datum.Length
-        part.addObject(datum)
-        datum.addProperty("App::PropertyString", "Meaning", "mpcgear", "What it is").Meaning = words
-        datum.Visibility = kind != "Plane"
+        if "Meaning" not in datum.PropertiesList:
+            part.addObject(datum)
+            datum.addProperty("App::PropertyString", "Meaning", "mpcgear", "What it is")
+            datum.Visibility = kind != "Plane"
+        datum.Meaning = words
 
 
 def adopt(document, feature):

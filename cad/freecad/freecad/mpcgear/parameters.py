@@ -25,6 +25,7 @@ FLANK, SHARPEST, NARROWEST = 0.15, 0.2, 0.1
 
 
 COMMON, TEETH = "Params", "ToothParams"
+LAST_ROW = 120  # of a sheet, more than any has
 
 
 class Names:
@@ -57,7 +58,7 @@ def build_parameters(document, design):
     names, group, rows = Names(), {}, {}
     for parameter in design["recipe"]["parameters"]:
         name = sheet_name(design, parameter)
-        if document.getObject(name) is None:
+        if name not in rows:
             new_sheet(document, name)
         sheet, row = document.getObject(name), rows.get(name, 2)
         if parameter["group"] != group.get(name):
@@ -146,9 +147,33 @@ def write_flank(sheet, row, k, section, names):
     return row + 1
 
 
+def typed(document):
+    """{alias: what stands in its cell} of everything that a user may change."""
+    found = {}
+    for sheet in document.findObjects("Spreadsheet::Sheet"):
+        for row in range(2, LAST_ROW):
+            alias = sheet.getAlias("B%d" % row)
+            if alias and sheet.getContents("D%d" % row):  # what only follows has no largest value
+                found[alias] = sheet.getContents("B%d" % row)
+    return found
+
+
+def kept(document, kind, name):
+    """The object of that name of an earlier build, which others may stand on, or a new one."""
+    found = [o for o in document.findObjects(kind) if o.TypeId == kind and o.Name.rstrip("0123456789") == name]
+    return found[0] if found else document.addObject(kind, name)
+
+
+def kept_sheet(document, name):
+    """The same of a spreadsheet, empty."""
+    sheet = kept(document, "Spreadsheet::Sheet", name)
+    sheet.clearAll()
+    return sheet
+
+
 def new_sheet(document, name):
     """A spreadsheet with the head of a parameter table."""
-    sheet = document.addObject("Spreadsheet::Sheet", name)
+    sheet = kept_sheet(document, name)
     titles = ["Parameter", "Value", "Min", "Max", "Check", "Meaning", "In use"]
     for column, title, width in zip("ABCDEFG", titles, [190, 80, 80, 80, 110, 520, 80]):
         sheet.set(column + "1", title)

@@ -4,7 +4,7 @@ import math
 
 import FreeCAD as App
 
-from .parameters import number
+from .parameters import kept_sheet, number
 
 
 def vector(values):
@@ -30,7 +30,7 @@ def follower_poses(design):
 
 def build_poses(document, design):
     """The spreadsheet `Poses`: where the follower is and how large Q is, over one turn."""
-    sheet = document.addObject("Spreadsheet::Sheet", "Poses")
+    sheet = kept_sheet(document, "Poses")
     titles = ["phi_deg", "x_mm", "y_mm", "z_mm", "q0", "q1", "q2", "q3", "Q"]
     for column, title in zip("ABCDEFGHI", titles):
         sheet.set(column + "1", title)
