@@ -65,8 +65,10 @@ pub fn find(motion: &Motion, settings: &Settings, tell: &mut Observer) -> Vec<Re
         1 => numbers.to_vec(),
         _ => vec![equal()],
     };
+    // Teeth of unequal gears stand as far apart as those of equal ones where the follower is as large.
+    let wanted = gear.center_distance_mm / gear.drive().follower_share(1.0);
     let sizes = [1.2, 1.4, 1.6, 2.0].map(|f| {
-        let distance = (gear.center_distance_mm * f).round();
+        let distance = (wanted * f).round();
         let mut other = base.clone();
         other.gear.center_distance_mm = distance;
         ("gear.center_distance_mm", distance, other)

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::candidates::{Candidate, Workshop};
 use crate::Error;
 use crate::motion::{Motion, survey};
@@ -16,10 +18,10 @@ pub(super) fn no_band(
     tooth: &str,
 ) -> Error {
     let worst = flaws.iter().max_by_key(|(_, count)| **count);
-    let gear = &settings.gear;
+    let out_of_reach = out_of_reach(flaws, drawn);
     let unequal = unequal(settings);
     let (reason, hint) = match worst.map(|(flaw, _)| *flaw) {
-        Some(Flaw::Hub | Flaw::Joint) => (
+        _ if out_of_reach => (
             "the motion range is so large that the follower reaches the driver's hub or the socket",
             "smaller tilt or stroke, larger gear.center_distance_mm, thinner hubs",
         ),
@@ -33,28 +35,47 @@ pub(super) fn no_band(
             "thinner teeth, fewer teeth, or a smaller contact ratio",
         ),
     };
-    let reason = match unequal.is_empty() {
-        true => reason.into(),
-        false => format!(
-            "{reason}; with {} teeth on the driver and {} on the follower they stand closer together and more \
-             of them are near teeth that are not their mates",
-            gear.teeth_on_driver(),
-            gear.tooth_pairs()
-        ),
+    let place = match out_of_reach {
+        true => farthest(motion, settings),
+        false => sharpest(motion, settings),
     };
     let counts: Vec<String> = flaws
         .iter()
         .map(|(flaw, count)| format!("{count} {flaw}"))
         .collect();
     Error::Infeasible {
-        reason,
+        reason: format!("{reason}{}", strangers(settings)),
         place: format!(
-            "{}; {tooth}none of {drawn} candidate bands is usable: {}",
-            sharpest(motion, settings),
+            "{place}; {tooth}none of {drawn} candidate bands is usable: {}",
             counts.join(", ")
         ),
         hint: format!("{unequal}{hint}"),
     }
+}
+
+/// A share of the bands that has teeth that can be made is enough to say what those teeth fail of.
+const MADE: f64 = 0.2;
+
+/// Whether most of the teeth that can be made by themselves are where the other gear's hub or the socket is.
+fn out_of_reach(flaws: &BTreeMap<Flaw, usize>, drawn: usize) -> bool {
+    let count = |list: &[Flaw]| -> usize { list.iter().filter_map(|flaw| flaws.get(flaw)).sum() };
+    let blocked = count(&[Flaw::Hub, Flaw::Joint]);
+    let made = blocked + count(&[Flaw::Spacing, Flaw::Teeth]);
+    made as f64 > MADE * drawn as f64 && 2 * blocked > made
+}
+
+/// What becomes of teeth where the driver has more of them than the follower; empty where it has not.
+fn strangers(settings: &Settings) -> String {
+    let gear = &settings.gear;
+    if gear.drive().copies() == 1 {
+        return String::new();
+    }
+    format!(
+        "; with {} teeth on the driver and {} on the follower the driver's are longer, stand closer together, \
+         and meet teeth of the follower that are not their mates",
+        gear.teeth_on_driver(),
+        gear.tooth_pairs()
+    )
 }
 
 /// The tooth that most bands fail at, by its contact interval; empty when few fail by themselves.
@@ -113,11 +134,11 @@ pub(super) fn places(motion: &Motion, usable: &[Candidate]) -> String {
 }
 
 /// Bands were usable, but no K of them go together; `places` says which there are ([`places`]) where
-/// that is known.
+/// that is known, `tooth` which tooth is hardest.
 pub(super) fn no_choice(
     (motion, settings): (&Motion, &Settings),
-    usable: usize,
-    places: &str,
+    (usable, places): (usize, &str),
+    tooth: &str,
 ) -> Error {
     let least = motion.class().dof() + 1;
     let fewer = match settings.gear.sub_gear_pairs {
@@ -127,9 +148,12 @@ pub(super) fn no_choice(
         _ => String::new(),
     };
     Error::Infeasible {
-        reason: "no set of bands fits side by side on the gears".into(),
+        reason: format!(
+            "no set of bands fits side by side on the gears{}",
+            strangers(settings)
+        ),
         place: format!(
-            "{}; {usable} usable bands, too few of which go together{places}",
+            "{}; {tooth}{usable} usable bands, too few of which go together{places}",
             sharpest(motion, settings)
         ),
         hint: format!(
@@ -164,6 +188,25 @@ fn sharpest(motion: &Motion, settings: &Settings) -> String {
         at.phi_deg, at.most_mm_rad2
     )
 }
+
+/// Where the axis of the motion file's frame is farthest from upright, as a phrase; where the motion changes fastest
+/// if it never tilts.
+fn farthest(motion: &Motion, settings: &Settings) -> String {
+    let tilt = |phi: f64| {
+        let axis = motion.user_pose(phi).rotation.column(2).into_owned();
+        (phi.to_degrees(), axis.angle(&Vector3::z()).to_degrees())
+    };
+    let tilts = motion.cycle().phases(PHASES).map(tilt);
+    match tilts.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((phi, tilt)) if tilt > 0.5 => {
+            format!("it leans farthest at φ = {phi:.0}° ({tilt:.1}°)")
+        }
+        _ => sharpest(motion, settings),
+    }
+}
+
+/// Phases at which the tilt is looked at.
+const PHASES: usize = 360;
 
 #[cfg(test)]
 mod tests {

@@ -414,13 +414,13 @@ struct Drawn {
 impl Drawn {
     /// Why there is no choice: no band is usable by itself, or too few go together.
     fn refusal(&self, workshop: &Workshop, (motion, settings): (&Motion, &Settings)) -> Error {
+        let tooth = worst_tooth(workshop, settings);
         match self.usable.len() {
-            0 => no_band(
-                (motion, settings),
-                (&self.flaws, self.count),
-                &worst_tooth(workshop, settings),
-            ),
-            usable => no_choice((motion, settings), usable, &places(motion, &self.usable)),
+            0 => no_band((motion, settings), (&self.flaws, self.count), &tooth),
+            usable => {
+                let places = places(motion, &self.usable);
+                no_choice((motion, settings), (usable, &places), &tooth)
+            }
         }
     }
 

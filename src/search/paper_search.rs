@@ -121,7 +121,7 @@ pub fn run(motion: &Motion, settings: &Settings, observer: &mut Observer) -> Res
     if choices.is_empty() {
         return match teller.stop {
             StopReason::Stopped => interrupted(),
-            StopReason::Finished => Err(no_choice((motion, settings), usable, "")),
+            StopReason::Finished => Err(no_choice((motion, settings), (usable, ""), "")),
         };
     }
     let of = |c: &Choice| c.bands.iter().map(|&i| bands[i].clone()).collect();
