@@ -44,4 +44,11 @@ design wobble_lift_3r1t 0.12 240
 design paddle_table_1r1t - -
 design pick_and_place_3r - -
 design polisher_path_3r - -
+design camera_head_3r - -
+design stirrer_1r1t - -
+design press_1r - -
+design tray_3r - -
+design flapping_wing_3r - -
+design stirrer_20_10_1r - -
+design trefoil_20_10 - -
 exit "$missed"

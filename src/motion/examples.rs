@@ -1,7 +1,7 @@
 //! The examples that need no file beside them: what `mpcgear new --example` writes.
 
 /// Their names and texts.
-const EXAMPLES: [(&str, &str); 9] = [
+const EXAMPLES: [(&str, &str); 13] = [
     ("uniform_1r", include_str!("../../examples/uniform_1r.toml")),
     (
         "quick_return_1r",
@@ -32,6 +32,16 @@ const EXAMPLES: [(&str, &str); 9] = [
         "wobble_lift_3r1t",
         include_str!("../../examples/wobble_lift_3r1t.toml"),
     ),
+    (
+        "camera_head_3r",
+        include_str!("../../examples/camera_head_3r.toml"),
+    ),
+    (
+        "stirrer_1r1t",
+        include_str!("../../examples/stirrer_1r1t.toml"),
+    ),
+    ("press_1r", include_str!("../../examples/press_1r.toml")),
+    ("tray_3r", include_str!("../../examples/tray_3r.toml")),
 ];
 
 /// Their names.
