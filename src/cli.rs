@@ -85,9 +85,13 @@ pub enum Command {
         /// Output folders or `design.json` files.
         #[arg(required = true)]
         designs: Vec<PathBuf>,
-        /// Page to write.
-        #[arg(short, long, default_value = "compare.html")]
-        out: PathBuf,
+        /// Page to write [default: compare.html], or folder with --with [default: involute].
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// One design that turns at a constant ratio beside a standard pair of spur gears instead: table and
+        /// meshes of that pair in a folder.
+        #[arg(long, value_enum)]
+        with: Option<Standard>,
     },
     /// Look at a motion before anything is designed.
     #[command(subcommand)]
@@ -323,6 +327,13 @@ pub struct ExportArgs {
     /// List the formats.
     #[arg(long)]
     pub list: bool,
+}
+
+/// What a design can be compared with.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Standard {
+    /// Spur gears with involute teeth.
+    Involute,
 }
 
 /// How a table is written.

@@ -12,6 +12,7 @@
 //! 6. [`solid`] builds hubs, joints, frame and teeth as meshes from the design's recipe.
 //! 7. [`verify`] tries every claim on those meshes; [`load`] says what they bear.
 //! 8. [`export`] writes files, [`disk`] puts them in place whole or not at all, [`stats`] compares.
+//!    [`involute`] is the standard pair of spur gears that a mechanism at a constant ratio is compared with.
 //! 9. [`explore`] says what a study of many designs is, and what one trial of it.
 //!
 //! [`pipeline`] walks the whole way and falls back to the next best choice where the meshes refuse the
@@ -67,6 +68,7 @@ pub mod escape;
 pub mod explore;
 pub mod export;
 pub mod flank;
+pub mod involute;
 pub mod load;
 pub mod motion;
 pub mod pipeline;

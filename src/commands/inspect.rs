@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use mpcgear::design::Stored;
-use mpcgear::export::figures;
+use mpcgear::disk::Folder;
+use mpcgear::export::{figures, reference};
 use mpcgear::load::sensitivity::{Sensitivity, sensitivity};
 use mpcgear::load::tolerances::{self, Draws};
 use mpcgear::load::{self, LoadReport, Sampling};
 use mpcgear::table::Format;
-use mpcgear::{Result, export, stats};
+use mpcgear::{Error, Problem, Result, export, stats};
 use serde::Serialize;
 
 use super::{json, print_out, say, say_figures};
@@ -98,6 +99,34 @@ pub fn compare(cli: &Cli, designs: &[PathBuf], out: &Path) -> Result<u8> {
     }
     say(cli, &stats::table(&entries).render(Format::Text)?)?;
     say(cli, &format!("written: {}", out.display()))
+}
+
+/// Prints a design beside the standard pair of spur gears; writes the table and that pair's meshes into a folder.
+///
+/// # Errors
+/// As [`reference::of`]; more than one design, files that cannot be written.
+pub fn compare_involute(cli: &Cli, designs: &[PathBuf], out: &Path) -> Result<u8> {
+    let [path] = designs else {
+        let what = format!("{} designs are given, allowed is one", designs.len());
+        let problem = Problem::new("--with involute", what, "");
+        return Err(Error::input("command line", vec![problem]));
+    };
+    let (design, motion, _) = Stored::read(path)?.with_motion()?;
+    let found = reference::of(&design, &motion)?;
+    let table = reference::table(&design.name, &found);
+    Folder::open(out)?.add(&reference::files(&found.pair, &table)?)?;
+    if cli.json {
+        print_out(&json(&table.records())?)?;
+    }
+    say(cli, table.render(Format::Text)?.trim_end())?;
+    say(
+        cli,
+        &format!(
+            "under {} N·mm on the follower; table and meshes written: {}",
+            reference::TORQUE,
+            out.display()
+        ),
+    )
 }
 
 /// Prints the table of designs.

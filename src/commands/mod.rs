@@ -17,7 +17,7 @@ use std::path::Path;
 use mpcgear::export::figures::Figure;
 use mpcgear::{Error, Result, motion};
 
-use crate::cli::{Cli, Command};
+use crate::cli::{Cli, Command, Standard};
 
 /// Runs the command and returns the exit code.
 ///
@@ -58,7 +58,15 @@ pub fn run(cli: &Cli) -> Result<u8> {
             Some(draws) => inspect::tolerances(cli, design, (*payload, *draws, *seed)),
             None => inspect::load(cli, design, (*payload, *csv)),
         },
-        Command::Compare { designs, out } => inspect::compare(cli, designs, out),
+        Command::Compare { designs, out, with } => {
+            let out = out.as_deref();
+            match with {
+                None => inspect::compare(cli, designs, out.unwrap_or(Path::new("compare.html"))),
+                Some(Standard::Involute) => {
+                    inspect::compare_involute(cli, designs, out.unwrap_or(Path::new("involute")))
+                }
+            }
+        }
         Command::Size(args) => size::run(cli, args),
         Command::Motion(command) => motions::run(cli, command),
         Command::Stats { designs, format } => inspect::stats(cli, designs, *format),

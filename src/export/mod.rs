@@ -21,6 +21,7 @@ pub mod motion_figures;
 pub mod openscad;
 pub mod parts;
 pub mod picture;
+pub mod reference;
 pub mod report;
 mod scad_bed;
 mod scad_csg;
