@@ -11,7 +11,7 @@ import traceback
 
 import FreeCAD as App
 
-from freecad.mpcgear import check, files, mechanism, open_design, parameters, poses, teeth
+from freecad.mpcgear import check, clearance, files, mechanism, open_design, parameters, poses, teeth
 
 
 def same(a, b, tolerance):
@@ -137,14 +137,47 @@ def drives(document):
 def sees_clearance_and_overlap(document):
     gear = mechanism.Mechanism(document)
     gear.move(gear.phis[len(gear.phis) // 2])
-    near = gear.clearance()
+    near = clearance.here(gear)
     teeth = [c for c in near if "Driver tooth" in c.first and "Follower tooth" in c.second]
     assert teeth and all(c.overlap == 0 for c in near), [str(c) for c in near]
     assert same(min(c.gap for c in teeth), 0.1, 0.01), [str(c) for c in teeth]
     document.Driver.Placement = poses.driver_placement(gear.distance, gear.phi + 0.05)
-    forced = [c for c in gear.clearance() if c.overlap > mechanism.TOUCH]
+    forced = [c for c in clearance.here(gear) if c.overlap > clearance.TOUCH]
     assert forced, "turning the driver alone has to make its teeth hit the follower"
     gear.move(gear.phi)
+
+
+def sweep_sees_what_was_added(document):
+    """A stick on the driver that points beside the follower now hits its hub later."""
+    gear = mechanism.Mechanism(document)
+    gear.move(gear.phis[0])
+    hits = gear.phis[len(gear.phis) // 2]
+    assert hits - gear.phis[0] > 0.5, (gear.phis[0], hits)
+    stick = document.addObject("Part::Box", "Stick")
+    document.Driver.addObject(stick)
+    hidden = document.addObject("Part::Box", "Hidden")
+    document.Driver.addObject(hidden)
+    stick.Label, stick.Length, stick.Width, stick.Height = "stick", 30, 1, 1
+    for box in (stick, hidden):
+        box.Placement = App.Placement(
+            App.Vector(), App.Rotation(App.Vector(0, 0, 1), -math.degrees(hits)),
+            App.Vector(-gear.distance, 0, 0)).multiply(
+                App.Placement(App.Vector(-gear.distance, -0.5, 0), App.Rotation()))
+    hidden.Visibility = False
+    document.recompute()
+    where = [part.Placement.Base for part in (document.Driver, document.Follower)]
+    both = {"stick", "Follower"}
+    assert not [c for c in clearance.here(gear) if {c.first, c.second} == both]
+    found = clearance.sweep(gear, 36)
+    assert not [c for c in found if "Hidden" in (c.first, c.second)], [str(c) for c in found]
+    worst, = [c for c in found if {c.first, c.second} == both]
+    assert worst.overlap > 1, [str(c) for c in found]
+    assert same(worst.phi, hits, 0.25), (worst.phi, hits)
+    assert [part.Placement.Base for part in (document.Driver, document.Follower)] == where
+    assert [o.Name for o in document.Objects if "Touched" in o.State] == []
+    for name in ("Stick", "Hidden"):
+        document.removeObject(name)
+    document.recompute()
 
 
 def survives_reopening(document):
@@ -181,6 +214,7 @@ def main():
     check_speaks_up(document)
     drives(document)
     sees_clearance_and_overlap(document)
+    sweep_sees_what_was_added(document)
     survives_reopening(document)
 
 

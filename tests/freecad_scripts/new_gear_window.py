@@ -80,6 +80,22 @@ def follows_a_selected_circle(panel):
     App.closeDocument(document.Name)
 
 
+def drives_and_goes_back(document):
+    from freecad.mpcgear.drive import DrivePanel
+
+    Gui.getDocument(document.Name).Modified = False
+    panel = DrivePanel(document)
+    before = [part.Placement.toMatrix() for part in (document.Driver, document.Follower)]
+    panel.slider.setValue(100)
+    assert document.Driver.Placement.toMatrix() != before[0]
+    panel.back.click()
+    after = [part.Placement.toMatrix() for part in (document.Driver, document.Follower)]
+    off = [abs(x - y) for a, b in zip(before, after) for x, y in zip(a.A, b.A)]
+    assert max(off) < 1e-9, off
+    assert not Gui.getDocument(document.Name).Modified
+    assert not [o.Name for o in document.Objects if "Touched" in o.State]
+
+
 def main():
     Gui.activateWorkbench("MpcgearWorkbench")
     Gui.getMainWindow().resize(1500, 1100)
@@ -120,6 +136,7 @@ def main():
     shot("designed")
     panel.reject()
 
+    drives_and_goes_back(document)
     panel = panel_of("Mpcgear_Redesign")
     thickness = document.FollowerParams.mount_thickness_mm.Value
     panel.others.setText("hub.mount_thickness_mm=%g" % (thickness + 1))

@@ -7,9 +7,9 @@ import FreeCAD as App
 import FreeCADGui as Gui
 from PySide import QtGui
 
-from . import datums, files, new_gear, redesign, teeth
+from . import clearance, datums, files, new_gear, redesign, teeth
 from .drive import DrivePanel
-from .mechanism import TOUCH, Mechanism, NoMechanism
+from .mechanism import Mechanism, NoMechanism
 from .open_design import DesignError, open_design
 from .progress import Cancelled
 
@@ -146,11 +146,30 @@ class CheckClearance(Command):
 
     def run(self):
         mechanism = Mechanism(App.ActiveDocument)
-        contacts = mechanism.clearance()
-        overlaps = [c for c in contacts if c.overlap > TOUCH]
-        words = "At φ = %.1f°: " % math.degrees(mechanism.phi)
-        words += "%d overlaps." % len(overlaps) if overlaps else "nothing overlaps."
-        tell(self.title, "\n".join([words] + [str(c) for c in contacts[:12]]))
+        words = translate("mpcgear", "At φ = %.1f°: ") % math.degrees(mechanism.phi)
+        tell(self.title, words + told(clearance.here(mechanism), False))
+
+
+class SweepClearance(Command):
+    """Clearance over a turn"""
+
+    title = translate("mpcgear", "Clearance over a turn")
+    tip = translate("mpcgear", "Overlaps and least gaps of the solids, with what you have added, all round")
+    icon = "sweep.svg"
+
+    def run(self):
+        mechanism = Mechanism(App.ActiveDocument)
+        words = translate("mpcgear", "At %d driver angles: ") % clearance.ANGLES
+        tell(self.title, words + told(clearance.sweep(mechanism), True))
+
+
+def told(contacts, with_angle):
+    """Contacts in words, the worst dozen of them."""
+    overlaps = [c for c in contacts if c.overlap > clearance.TOUCH]
+    words = translate("mpcgear", "%d overlaps.") % len(overlaps) if overlaps else \
+        translate("mpcgear", "nothing overlaps.")
+    at = [" (φ = %.0f°)" % math.degrees(c.phi) if with_angle else "" for c in contacts]
+    return "\n".join([words] + ["%s%s" % pair for pair in zip(contacts[:12], at)])
 
 
 def register():
@@ -158,7 +177,7 @@ def register():
     commands = {"Mpcgear_New": NewGear, "Mpcgear_Redesign": Redesign,
                 "Mpcgear_Open": OpenDesign, "Mpcgear_Teeth": RebuildTeeth,
                 "Mpcgear_Hub": PutUnderTeeth, "Mpcgear_Drive": Drive,
-                "Mpcgear_Clearance": CheckClearance}
+                "Mpcgear_Clearance": CheckClearance, "Mpcgear_Sweep": SweepClearance}
     for name, command in commands.items():
         Gui.addCommand(name, command())
     return list(commands)

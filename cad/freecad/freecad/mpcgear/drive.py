@@ -3,11 +3,13 @@
 import math
 import os
 
+import FreeCAD as App
 import FreeCADGui as Gui
 from PySide import QtCore, QtGui
 
 from .mechanism import Mechanism
 
+translate = App.Qt.translate
 STEPS = 720  # of the slider, per turn
 FRAME_MS = 40
 ICON = os.path.join(os.path.dirname(__file__), "resources", "drive.svg")
@@ -18,30 +20,47 @@ class DrivePanel:
 
     def __init__(self, document):
         self.mechanism = Mechanism(document)
+        self.view = Gui.getDocument(document.Name)
+        self.before = self.mechanism.phi, self.view.Modified
         self.form = QtGui.QWidget()
-        self.form.setWindowTitle("Drive the gear")
+        self.form.setWindowTitle(translate("mpcgear", "Drive the gear"))
         self.form.setWindowIcon(QtGui.QIcon(ICON))
         self.slider = QtGui.QSlider(QtCore.Qt.Horizontal)
         self.slider.setRange(0, STEPS)
         self.slider.valueChanged.connect(self.turn)
-        self.play = QtGui.QPushButton("Play")
+        self.play = QtGui.QPushButton(translate("mpcgear", "Play"))
         self.play.setCheckable(True)
         self.play.toggled.connect(self.toggle)
+        self.back = QtGui.QPushButton(translate("mpcgear", "Reset"))
+        self.back.setToolTip(translate("mpcgear", "Back to where the gear stood when this panel was opened"))
+        self.back.clicked.connect(self.reset)
         self.words = QtGui.QLabel()
         self.warning = QtGui.QLabel(
-            "Q above 0: the driver holds the follower in every free direction here.")
+            translate("mpcgear", "Q above 0: the driver holds the follower in every free direction here."))
         self.warning.setWordWrap(True)
         layout = QtGui.QVBoxLayout(self.form)
-        for widget in (self.slider, self.play, self.words, self.warning):
+        for widget in (self.slider, self.play, self.back, self.words, self.warning):
             layout.addWidget(widget)
         self.timer = QtCore.QTimer()
         self.timer.timeout.connect(self.step)
-        self.slider.setValue(round(self.mechanism.phi / (2 * math.pi) * STEPS))
-        self.turn(self.slider.value())
+        self.reset()
 
     def turn(self, value):
         """The slider has moved."""
-        phi = 2 * math.pi * value / STEPS
+        self.show(2 * math.pi * value / STEPS)
+
+    def reset(self):
+        """Back to where the gear stood, as if nobody had driven it."""
+        self.play.setChecked(False)
+        phi, modified = self.before
+        self.slider.blockSignals(True)
+        self.slider.setValue(round(phi / (2 * math.pi) * STEPS))
+        self.slider.blockSignals(False)
+        self.show(phi)
+        self.view.Modified = modified
+
+    def show(self, phi):
+        """Moves the gear to φ, rad."""
         q = self.mechanism.move(phi)
         self.words.setText("φ = %.1f°      Q = %.3f" % (math.degrees(phi), q))
         Gui.updateGui()
@@ -52,7 +71,7 @@ class DrivePanel:
 
     def toggle(self, playing):
         """The play button has been pressed."""
-        self.play.setText("Pause" if playing else "Play")
+        self.play.setText(translate("mpcgear", "Pause") if playing else translate("mpcgear", "Play"))
         if playing:
             self.timer.start(FRAME_MS)
         else:

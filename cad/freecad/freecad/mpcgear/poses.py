@@ -58,11 +58,15 @@ def driver_placement(distance, phi):
                          App.Vector(-distance, 0, 0))
 
 
-def place(document, distance, phi, pose):
-    """Moves the parts to driver angle φ (rad), with the follower at `pose`."""
+def placements(distance, phi, pose):
+    """{part: where it is} at driver angle φ (rad), with the follower at `pose`."""
     lifted = App.Placement(App.Vector(0, 0, pose.Base.z), App.Rotation())
-    for name, there in (("Driver", driver_placement(distance, phi)), ("Follower", pose),
-                        ("Slider", lifted)):
+    return {"Driver": driver_placement(distance, phi), "Follower": pose, "Slider": lifted}
+
+
+def place(document, distance, phi, pose):
+    """Moves the parts there."""
+    for name, there in placements(distance, phi, pose).items():
         part = document.getObject(name)
         if part is not None:
             part.Placement = there
