@@ -9,6 +9,7 @@ use std::process::Command;
 use mpcgear::design::{Design, file};
 use mpcgear::export::freecad::{self, Built, Headless};
 use mpcgear::motion::{Class, Motion};
+use mpcgear::solid::assembly::PrintPiece;
 use mpcgear::solid::{Solids, section};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_mpcgear");
@@ -103,12 +104,12 @@ fn agree(class: Class, (design, solids): (Design, Solids)) {
             body.name
         );
     }
-    another_kernel_reads_the_step(&design.name, &made);
+    another_kernel_reads_the_step(&design, &solids, &made);
 }
 
 /// Reads the STEP file with build123d: the same named parts, one valid solid each, in mm, in colours of
-/// their own, below a root with the design's name.
-fn another_kernel_reads_the_step(design: &str, made: &Built) {
+/// their own, below a root with the design's name; beside them the pieces to print.
+fn another_kernel_reads_the_step(design: &Design, solids: &Solids, made: &Built) {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python3");
     let python = std::env::var("MPCGEAR_PYTHON").unwrap_or_else(|_| own.display().to_string());
     if !is_here(&python, &["-c", "import build123d"], "build123d") {
@@ -127,21 +128,31 @@ fn another_kernel_reads_the_step(design: &str, made: &Built) {
     );
     let mut lines = text.lines();
     // build123d writes names with underscores.
-    let root = design.replace(' ', "_");
+    let root = design.name.replace(' ', "_");
     assert_eq!(lines.next(), Some(root.as_str()), "name of the root");
     let read: Vec<Vec<&str>> = lines.map(|l| l.split('\t').collect()).collect();
-    assert_eq!(read.len(), made.volumes.len(), "{text}");
-    for (name, volume) in &made.volumes {
-        let row = read.iter().find(|row| row[0] == name).expect("named part");
-        assert_eq!(row[1..3], ["1", "True"], "{name}: one valid solid");
-        let seen: f64 = row[3].parse().expect("volume");
+    let bodies = made
+        .volumes
+        .iter()
+        .map(|(name, v)| (root.as_str(), name, *v, 1e-4));
+    let split = |p: &&PrintPiece| solids.pieces.iter().filter(|q| q.body == p.body).count() > 1;
+    let pieces = solids.pieces.iter().filter(split);
+    let pieces = pieces.map(|p| ("pieces_to_print", &p.name, p.mesh.volume(), 0.006));
+    let expected: Vec<_> = bodies.chain(pieces).collect();
+    assert_eq!(read.len(), expected.len(), "{text}");
+    for (assembly, name, volume, within) in expected {
+        let found = read.iter().find(|row| row[..2] == [assembly, name]);
+        let row = found.unwrap_or_else(|| panic!("{name} is missing: {text}"));
+        assert_eq!(row[2..4], ["1", "True"], "{name}: one valid solid");
+        let seen: f64 = row[4].parse().expect("volume");
         assert!(
-            (seen - volume).abs() < 1e-4 * volume,
+            (seen - volume).abs() < within * volume,
             "{name}: {seen} instead of {volume}"
         );
     }
-    let colours: HashSet<&[&str]> = read.iter().map(|row| &row[4..]).collect();
-    assert_eq!(colours.len(), read.len(), "{text}");
+    let of_bodies = read.iter().filter(|row| row[0] == root);
+    let colours: HashSet<&[&str]> = of_bodies.map(|row| &row[5..]).collect();
+    assert_eq!(colours.len(), made.volumes.len(), "{text}");
 }
 
 #[test]

@@ -28,8 +28,8 @@ const MODULES: [&str; 12] = [
     include_str!("../../cad/freecad/freecad/mpcgear/datums.py"),
     include_str!("../../cad/freecad/freecad/mpcgear/check.py"),
     include_str!("../../cad/freecad/freecad/mpcgear/step.py"),
-    include_str!("../../cad/freecad/freecad/mpcgear/files.py"),
     include_str!("../../cad/freecad/freecad/mpcgear/printing.py"),
+    include_str!("../../cad/freecad/freecad/mpcgear/files.py"),
     include_str!("../../cad/freecad/freecad/mpcgear/builder.py"),
 ];
 
@@ -229,7 +229,7 @@ pub struct Built {
     /// The FreeCAD document.
     pub document: PathBuf,
     /// STEP AP214, mm, one named, coloured solid per part below a root with the design's name, in
-    /// assembled position at the first phase.
+    /// assembled position at the first phase; beside them the pieces of what is printed in pieces.
     pub step: PathBuf,
     /// Volume of every part, mm³, by name in order of the recipe.
     pub volumes: Vec<(String, f64)>,

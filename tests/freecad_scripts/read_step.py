@@ -1,5 +1,5 @@
-"""Reads a STEP file with build123d and prints one line per solid: name, number of solids, validity, volume
-in mm³, colour (red, green, blue in per cent); and before them the root's name."""
+"""Reads a STEP file with build123d and prints one line per solid: the assembly that it belongs to, name, number of
+solids, validity, volume in mm³, colour (red, green, blue in per cent); and before them the root's name."""
 
 import sys
 
@@ -10,8 +10,17 @@ with open(sys.argv[1], encoding="latin-1") as source:
 assert "AUTOMOTIVE_DESIGN" in head or "AP242" in head, "neither AP214 nor AP242"
 read = import_step(sys.argv[1])
 print(read.label)
-for child in read.children:
-    solids = child.solids()
-    valid = child.is_valid() if callable(child.is_valid) else child.is_valid
-    print(child.label, len(solids), valid, sum(s.volume for s in solids),
-          *(round(100 * share) for share in tuple(child.color)[:3]), sep="\t")
+
+
+def tell(assembly):
+    for child in assembly.children:
+        if child.children:
+            tell(child)
+            continue
+        solids = child.solids()
+        valid = child.is_valid() if callable(child.is_valid) else child.is_valid
+        print(assembly.label, child.label, len(solids), valid, sum(s.volume for s in solids),
+              *(round(100 * share) for share in tuple(child.color)[:3]), sep="\t")
+
+
+tell(read)

@@ -20,8 +20,7 @@ class DrivePanel:
 
     def __init__(self, document):
         self.mechanism = Mechanism(document)
-        self.view = Gui.getDocument(document.Name)
-        self.before = self.mechanism.phi, self.view.Modified
+        self.before = self.mechanism.phi
         self.form = QtGui.QWidget()
         self.form.setWindowTitle(translate("mpcgear", "Drive the gear"))
         self.form.setWindowIcon(QtGui.QIcon(ICON))
@@ -52,12 +51,10 @@ class DrivePanel:
     def reset(self):
         """Back to where the gear stood, as if nobody had driven it."""
         self.play.setChecked(False)
-        phi, modified = self.before
         self.slider.blockSignals(True)
-        self.slider.setValue(round(phi / (2 * math.pi) * STEPS))
+        self.slider.setValue(round(self.before / (2 * math.pi) * STEPS))
         self.slider.blockSignals(False)
-        self.show(phi)
-        self.view.Modified = modified
+        self.show(self.before)
 
     def show(self, phi):
         """Moves the gear to φ, rad."""

@@ -12,6 +12,7 @@ import MeshPart
 
 from .check import broken, fault, watch
 from .progress import Cancelled
+from .printing import TO_PRINT
 from .step import write_step
 from .teeth import rebuild, stale
 
@@ -76,8 +77,24 @@ def write_all(document, parts, stem, folder):
         mesh = MeshPart.meshFromShape(Shape=solid, LinearDeflection=0.01, AngularDeflection=0.2)
         mesh.write(path + "-" + part.Name.lower() + ".stl")
         facts[part.Name.lower()] = {"volume_mm3": solid.Volume, "faces": len(solid.Faces)}
-    write_step(root, named, path + ".step")
+    write_step(root, named, pieces(document, parts), path + ".step")
     return facts
+
+
+def pieces(document, parts):
+    """[(name, solid as it lies on the bed, colour)] of the bodies that are printed in pieces."""
+    found = []
+    for link in document.Print.Group:
+        piece = link.LinkedObject
+        if piece in [part.Result for part in parts]:
+            continue  # printed whole
+        if fault(piece):
+            raise RuntimeError("%s: %s" % (piece.Label, fault(piece)))
+        solid = piece.Shape.Solids[0].copy()
+        solid.Placement = link.Placement.multiply(solid.Placement)
+        name = link.Label[:-len(TO_PRINT)].lower().replace(" ", "_")
+        found.append((name, solid, COLOURS[piece.Label.split()[0].lower()]))
+    return found
 
 
 def run_headless(build, design, stem, folder):

@@ -2,6 +2,7 @@
 
 import FreeCAD as App
 
+TO_PRINT = " to print"  # ends the label of a piece
 GAP = 10.0  # mm between pieces
 SAME_FACE = 1e-6  # mm; a face that is so close to the lowest point is the one to lie on
 
@@ -19,7 +20,7 @@ def build_print(document, design, builders):
         for piece, solid, up, name in parts or whole:
             link = document.addObject("App::Link", "Print" + "".join(name.title().split()))
             link.LinkedObject, link.LinkTransform, link.Visibility = solid, False, False
-            link.Label = name + " to print"
+            link.Label = name + TO_PRINT
             layout.addObject(link)
             pieces.append((link, solid, piece["features"], up, builder))
     document.recompute()

@@ -1,4 +1,4 @@
-# --- STEP: the bodies as named, coloured solids below a root that has the design's name ----------------
+# --- STEP: bodies and pieces as named, coloured solids below a root that has the design's name ----------
 # Without a window FreeCAD writes no colours, so they are added to what it has written.
 
 import re
@@ -7,6 +7,7 @@ import FreeCAD as App
 import Import
 
 SOLID = re.compile(r"ADVANCED_BREP_SHAPE_REPRESENTATION\s*\(\s*'[^']*'\s*,\s*\(([^)]*)\)\s*,\s*(#\d+)\s*\)")
+BESIDE = 10.0  # mm between the bodies and the pieces
 # What gives the solid {solid} a colour; {0} to {8} are numbers of entities, {context} is the solid's own.
 STYLE = """#{0}=COLOUR_RGB('',{red:.4f},{green:.4f},{blue:.4f});
 #{1}=FILL_AREA_STYLE_COLOUR('',#{0});
@@ -20,14 +21,19 @@ STYLE = """#{0}=COLOUR_RGB('',{red:.4f},{green:.4f},{blue:.4f});
 """
 
 
-def write_step(root, solids, path):
-    """Writes [(name, solid, (red, green, blue))], AP214, mm, whatever the user's preferences are."""
+def write_step(root, bodies, pieces, path):
+    """Writes `bodies` where they are assembled and, where there are any, `pieces` to print beside them; each
+    [(name, solid, (red, green, blue))], AP214, mm, whatever the user's preferences are."""
     scratch = App.newDocument("Step", hidden=True)
     whole = scratch.addObject("App::Part", "Root")
     whole.Label = root
-    for name, solid, _ in solids:
-        made = whole.newObject("Part::Feature", name)
-        made.Label, made.Shape = name, solid
+    add_solids(whole, bodies)
+    if pieces:
+        beside = whole.newObject("App::Part", "Pieces")
+        beside.Label = "pieces to print"
+        room = min(solid.BoundBox.YMin for _, solid, _ in bodies) - max(s.BoundBox.YMax for _, s, _ in pieces)
+        beside.Placement.Base.y = room - BESIDE
+        add_solids(beside, pieces)
     preferences = App.ParamGet("User parameter:BaseApp/Preferences/Mod/Part/STEP")
     before = preferences.GetString("Scheme", "AP214IS")
     preferences.SetString("Scheme", "AP214IS")
@@ -36,7 +42,14 @@ def write_step(root, solids, path):
     finally:
         preferences.SetString("Scheme", before)
         App.closeDocument(scratch.Name)
-    paint(path, [colour for _, _, colour in solids])
+    paint(path, [colour for _, _, colour in bodies + pieces])
+
+
+def add_solids(part, solids):
+    """Named solids in a part."""
+    for name, solid, _ in solids:
+        made = part.newObject("Part::Feature", name)
+        made.Label, made.Shape = name, solid
 
 
 def paint(path, colours):
