@@ -2,12 +2,16 @@
 
 #![allow(clippy::unwrap_used)] // a failing unwrap is a failing test
 
+mod synthetic;
+
 use std::f64::consts::PI;
+
+use mpcgear::export::{reference, stl};
 
 use mpcgear::involute::strength::{form_factor, loss_factor, stress};
 use mpcgear::involute::{PRESSURE_ANGLE, Pair, body, least_shift, profile, shift_sum};
 use mpcgear::load::Material;
-use mpcgear::motion::Pose;
+use mpcgear::motion::{Class, Pose};
 use mpcgear::solid::kernel::Solid;
 use nalgebra::{Rotation3, Vector3};
 
@@ -147,4 +151,25 @@ fn a_hundred_sizes_have_a_standard_pair() {
             near(sum, distance, 1e-9);
         }
     }
+}
+
+#[test]
+fn a_design_at_a_constant_ratio_is_compared_and_others_are_refused() {
+    let (design, motion) = synthetic::uniform(Class::R1);
+    let found = reference::of(&design, &motion).unwrap();
+    near(found.pair.center_distance, 25.0, 1e-9);
+    near(found.pair.face_width, found.own.height, 1e-9);
+    // Both hold the same torque: no contact of ours has a longer arm than L/2.
+    assert!(found.own.force >= reference::TORQUE / 12.5);
+    let table = reference::table("gear", &found);
+    let [csv, driver, follower] = reference::files(&found.pair, &table).unwrap();
+    assert!(csv.bytes.starts_with(b"figure,gear,involute"));
+    for (file, i) in [(driver, 0), (follower, 1)] {
+        let mesh = stl::parse(file.bytes, &file.path).unwrap();
+        let volume = body::mesh(&found.pair, i).volume();
+        near(mesh.volume(), volume, 1e-4 * volume);
+    }
+    let (design, motion) = synthetic::example("quick_return_1r");
+    let said = reference::of(&design, &motion).unwrap_err().to_string();
+    assert!(said.contains("leads or lags by up to"), "{said}");
 }
