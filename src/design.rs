@@ -108,6 +108,10 @@ pub struct ToothPair {
     pub control_points: Vec<[f64; 3]>,
     /// Largest distance between that spline and the locus, mm.
     pub fit_error: f64,
+    /// By how much the ribs of driver and follower are thicker where they end in their hub than at the bead,
+    /// mm: on the side that tangent × radial points to, and on the other.
+    #[serde(default, skip_serializing_if = "is_straight")]
+    pub flare: [[f64; 2]; 2],
     /// Contact stations from `phi_start` to `phi_end`, equally spaced.
     pub stations: Vec<Station>,
 }
@@ -279,6 +283,11 @@ pub struct ClosureSample {
     /// N·Q*/mean|n̄*|, quality in (−∞, 1].
     #[serde(deserialize_with = "number_or_none")]
     pub eta: f64,
+}
+
+/// Whether ribs are as thick everywhere.
+fn is_straight(flare: &[[f64; 2]; 2]) -> bool {
+    flare.iter().flatten().all(|&f| f == 0.0)
 }
 
 /// A vector that the file does not give, as those of format 1.

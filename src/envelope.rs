@@ -1,6 +1,7 @@
 //! What hubs and joints need at least: shared by the search (keep-out regions of the teeth) and by
 //! the solids (the dimensions themselves), so that both speak of the same mechanism.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::motion::Motion;
@@ -57,6 +58,47 @@ pub struct BallJoint {
     pub lug_half_height: f64,
     /// The follower's drums begin at |z| = this (follower frame).
     pub drum_start: f64,
+}
+
+impl BallJoint {
+    /// Half the height of the socket with all that is on it, mm.
+    pub fn half_height(&self) -> f64 {
+        let heights = [
+            self.ring_half_height,
+            self.arm_half_height,
+            self.lug_half_height,
+        ];
+        heights.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Whether a point (relative to the joint centre) is nearer than `limit` to the socket.
+    pub fn is_near(&self, p: Vector3<f64>, limit: f64) -> bool {
+        p.z.abs() - self.half_height() < limit && self.distance(p) < limit
+    }
+
+    /// Distance of a point (relative to the joint centre) from ring, arm and lugs of the socket, negative
+    /// inside, mm.
+    pub fn distance(&self, p: Vector3<f64>) -> f64 {
+        // Of an infinite block whose corner is at 0.
+        let block = |d: [f64; 3]| {
+            let inside = d[0].max(d[1]).max(d[2]);
+            let outside = d.map(|d| d.max(0.0).powi(2)).iter().sum::<f64>();
+            if inside <= 0.0 {
+                inside
+            } else {
+                outside.sqrt()
+            }
+        };
+        let over = |half_height: f64| p.z.abs() - half_height;
+        let (x, y) = (p.x.abs(), p.y.abs());
+        let within = f64::NEG_INFINITY;
+        let ring = p.xy().norm() - self.ring_radius;
+        let arm = (y - self.arm_half_width).max(-p.x);
+        let lugs = [x - self.lug_half_thickness, y - self.lug_reach];
+        block([ring, within, over(self.ring_half_height)])
+            .min(block([arm, within, over(self.arm_half_height)]))
+            .min(block([lugs[0], lugs[1], over(self.lug_half_height)]))
+    }
 }
 
 /// Least room for hubs and joints.

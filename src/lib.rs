@@ -68,6 +68,7 @@ pub mod escape;
 pub mod explore;
 pub mod export;
 pub mod flank;
+pub mod flare;
 pub mod involute;
 pub mod load;
 pub mod motion;

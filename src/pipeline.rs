@@ -1,9 +1,11 @@
 //! The main job: motion file → search → solids → proof, falling back to the next best choice of bands
 //! when the meshes refuse the best.
 
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 use crate::design::Design;
+use crate::flare;
 use crate::motion::{Motion, MotionFile};
 use crate::ranking;
 use crate::search::{self, Progress, StopReason, paper_search};
@@ -75,6 +77,29 @@ impl Outcome {
         }
     }
 
+    /// How much of their flare the ribs may keep, of which they had the share `flared`, where the bodies fail:
+    /// half where walls are too thin, as between ribs that merge, none where bodies meet or cannot be built.
+    fn less_flared(&self, flared: f64) -> Option<f64> {
+        if flared == 0.0 || !flare::is_flared(&self.design) {
+            return None;
+        }
+        let Some(check) = &self.check else {
+            return self.solids.is_none().then_some(0.0);
+        };
+        let fails = |what: &str| {
+            check
+                .claims
+                .iter()
+                .any(|c| !c.holds && c.name.contains(what))
+        };
+        match (fails("walls of"), fails("stay apart")) {
+            (_, true) => Some(0.0),
+            (true, false) if flared == 1.0 => Some(0.5),
+            (true, false) => Some(0.0),
+            (false, false) => None,
+        }
+    }
+
     /// Smaller is better: whether there are no bodies, then the number of problems.
     fn rank(&self) -> (bool, usize) {
         (self.solids.is_none(), self.design.problems.len())
@@ -138,9 +163,10 @@ pub(crate) fn finish(
     let mut best: Option<Outcome> = None;
     let mut failure = None;
     let mut is_flat = true;
-    // Flanks as flat as contact allows, then round ones, of each choice.
-    let attempts = (0..count).flat_map(|i| [(i, Flanks::Flat), (i, Flanks::Round)]);
-    for (i, flanks) in attempts {
+    // Flanks as flat as contact allows, then round ones between straight ribs, of each choice.
+    let attempts = (0..count).flat_map(|i| [(i, Flanks::Flat, 1.0), (i, Flanks::Round, 0.0)]);
+    let mut attempts: VecDeque<_> = attempts.collect();
+    while let Some((i, flanks, flared)) = attempts.pop_front() {
         let (q, flat) = (choices[i].hold, choices[i].flat.take());
         if flanks == Flanks::Round && !is_flat {
             continue;
@@ -167,6 +193,7 @@ pub(crate) fn finish(
             Some(design) => Ok(design),
             None => synthesis::design(file, motion, &choices[i].bands, flanks),
         };
+        let made = made.and_then(|design| flare::flared(design, motion, flared));
         let mut outcome = match made {
             Ok(design) => Outcome {
                 remarks: remark.clone(),
@@ -197,6 +224,7 @@ pub(crate) fn finish(
             }),
         }
         let (works, stop) = (outcome.design.problems.is_empty(), outcome.stop);
+        let less = outcome.less_flared(flared);
         if best.as_ref().is_none_or(|b| outcome.rank() < b.rank()) {
             best = Some(outcome);
         }
@@ -205,6 +233,9 @@ pub(crate) fn finish(
         }
         if works || stopped {
             break;
+        }
+        if let Some(less) = less {
+            attempts.push_front((i, flanks, less));
         }
         if let Some(best) = &best
             && !first

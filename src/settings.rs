@@ -63,6 +63,9 @@ impl ToothCount {
 /// Largest flank radius, mm.
 pub const FLATTEST: f64 = 25.0;
 
+/// Most that a rib may thicken on one side ([`Spokes::flare_mm`]), mm.
+pub const MOST_FLARE: f64 = 20.0;
+
 /// Radius of the flanks: as large as the teeth allow, or fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected \"auto\" or a number")]
@@ -291,11 +294,17 @@ pub struct Spokes {
     /// Thickness of the rib from tooth root to hub, mm; at most the tooth thickness. Default 1.4, or
     /// the thickness of a thinner tooth.
     pub thickness_mm: f64,
+    /// Most by which a rib thickens on either side from the tooth to the hub, mm: less where it would be in
+    /// the way. Default 1.5; 0 keeps ribs as thick everywhere.
+    pub flare_mm: f64,
 }
 
 impl Default for Spokes {
     fn default() -> Self {
-        Spokes { thickness_mm: 1.4 }
+        Spokes {
+            thickness_mm: 1.4,
+            flare_mm: 1.5,
+        }
     }
 }
 

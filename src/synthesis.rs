@@ -7,6 +7,7 @@ use crate::closure::{Wrench, measure, wrench};
 use crate::contact::{Contact, Grid, Node, PaperBand, Trace, spline, trace};
 use crate::design::{self, ClosureSample, Design, Station, SubGearPair, ToothPair};
 use crate::flank;
+use crate::flare;
 use crate::motion::{Motion, MotionFile};
 use crate::settings::{FlankRadius, Settings};
 use crate::solid::layout;
@@ -92,6 +93,7 @@ pub fn design(file: &MotionFile, motion: &Motion, bands: &Bands, flanks: Flanks)
                 band.flattest(&design.section, settings, motion);
         }
     }
+    flare::grow(&mut design, motion);
     design.recipe = layout::recipe(&design, motion)?;
     Ok(design)
 }
@@ -121,6 +123,7 @@ fn tooth_pair(grid: &Grid, j: usize, contacts: &[Contact]) -> ToothPair {
         phi_end: contacts[contacts.len() - 1].phi,
         control_points: control_points.into_iter().map(Into::into).collect(),
         fit_error,
+        flare: Default::default(),
         stations,
     }
 }

@@ -523,7 +523,7 @@ fn a_stopped_proof_says_so() {
     }];
     let settings = (&ProofSettings::default(), closure.as_slice());
     let stopped = prove(&bodies, &mechanism, settings, &mut |what, _| {
-        if what == "overlap" {
+        if what == "proof: overlap" {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())

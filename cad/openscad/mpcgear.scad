@@ -113,8 +113,8 @@ function rib_profile(reach, foot, thickness, hub_radius, fillet) =
 
 // The corners of a rib at every station: a wall from the bead's middle, `depth` behind the contact
 // point, straight towards the gear's axis through `axis`, ending `foot` from the axis. Thickness and
-// fillet are those of rib_profile().
-function rib_rings(stations, thickness, depth, axis, foot, hub_radius = 0, fillet = 0) =
+// fillet are those of rib_profile(); at the foot `flare` is added on either side.
+function rib_rings(stations, thickness, depth, axis, foot, hub_radius = 0, fillet = 0, flare = [0, 0]) =
     let (
         outer = [for (s = stations) s[0] + depth * s[1]],
         reach = [for (o = outer) level_norm(o - axis)],
@@ -128,11 +128,13 @@ function rib_rings(stations, thickness, depth, axis, foot, hub_radius = 0, fille
             across = cross(cross(stations[i][1], stations[i][2]), radial),
             side = across / norm(across),
             half = rib_profile(reach[i], inner_radius, thickness, hub_radius, room),
-            last = len(half) - 1
+            last = len(half) - 1,
+            share = [for (c = half) (reach[i] - c.x) / (reach[i] - inner_radius)]
         )
-        concat([for (c = half) outer[i] - (reach[i] - c.x) * radial + c.y * side],
+        concat([for (k = [0 : last])
+                   outer[i] - (reach[i] - half[k].x) * radial + (half[k].y + share[k] * flare[0]) * side],
                [for (k = [last : -1 : 0])
-                   outer[i] - (reach[i] - half[k].x) * radial - half[k].y * side])];
+                   outer[i] - (reach[i] - half[k].x) * radial - (half[k].y + share[k] * flare[1]) * side])];
 
 // Triangles of a cap over `n` corners that start at index `first`, as a zigzag of strips.
 function cap_faces(n, first) =

@@ -2,7 +2,7 @@
 
 use super::{Design, Section, Station, ToothPair, check_recipe};
 use crate::motion::unusable_name;
-use crate::settings::FLATTEST;
+use crate::settings::{FLATTEST, MOST_FLARE};
 use crate::{Problem, Problems};
 
 /// Largest coordinate or size anywhere, mm: the largest centre distance a hundred times.
@@ -89,6 +89,9 @@ fn tooth_pair(found: &mut Problems, place: &dyn Fn() -> String, tooth: &ToothPai
     let numbers = tooth.control_points.iter().flatten();
     for &x in numbers.chain([&tooth.fit_error, &tooth.phi_start, &tooth.phi_end]) {
         found.range(place, x, [-REACH, REACH]);
+    }
+    for &flare in tooth.flare.iter().flatten() {
+        found.range(|| place() + ".flare", flare, [0.0, MOST_FLARE]);
     }
     let increasing = |w: &[Station]| w[0].phi < w[1].phi;
     if !tooth.stations.windows(2).all(increasing) {

@@ -249,12 +249,14 @@ pub fn load(settings: &Load, load: &LoadReport) -> Vec<Figure> {
         match load.payload_limit {
             Some(PayloadLimit::Force) => "Then the first contact reaches the force limit.",
             Some(PayloadLimit::Pressure) => {
-                "Then the first contact reaches the pressure that its material bears."
+                "Then the first contact is short of the pressure that its material bears by the safety."
             }
             Some(PayloadLimit::Patch) => {
-                "Then the first contact patch reaches the edge of its flank."
+                "Then the first contact patch is short of the edge of its flank by the safety."
             }
-            Some(PayloadLimit::RootStress) => "Then the first tooth yields at its root.",
+            Some(PayloadLimit::RootStress) => {
+                "Then the first tooth is short of yielding at its root by the safety."
+            }
             None => "The weight does not load the contacts.",
         },
     );

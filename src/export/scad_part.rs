@@ -39,6 +39,8 @@ struct TeethPart {
     foot: String,
     /// Stations at both ends that have no rib.
     inset: usize,
+    /// How much every rib thickens, a list.
+    flares: String,
     /// Calls that make all beads, and all ribs, of as few polyhedra as may be.
     beads: String,
     ribs: String,
@@ -98,6 +100,7 @@ pub(super) fn part(source: &Source, recipe: &Recipe, body: &Body) -> Result<Part
                 ),
                 foot: number(teeth.foot, 4),
                 inset: Teeth::inset(sweep::MAX_STATIONS),
+                flares: teeth.flare_list(),
                 beads: shells("beads", &teeth.beads),
                 ribs: shells("ribs", &teeth.ribs),
                 teeth,

@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use crate::Result;
 use crate::design::{Design, Gear, Section};
 use crate::solid::kernel::Solid;
+use crate::solid::rib::{self, Wall};
 use crate::solid::sweep::{self, Frame};
-use crate::solid::{Mesh, layout, rib};
+use crate::solid::{Mesh, layout};
 
 /// How much thicker the sections are for which disjointness is proved, mm: the Customizer's
 /// clearance may move a tooth by half of its range without touching a neighbour.
@@ -17,6 +18,8 @@ pub const SPARE: f64 = 0.25;
 pub struct Teeth {
     /// The stations of every tooth.
     pub frames: Vec<Vec<Frame>>,
+    /// How much the rib of every tooth thickens on either side, mm: on that of (n × b) × radial first.
+    pub flares: Vec<[f64; 2]>,
     /// Point on the gear's axis.
     pub axis: Vector3<f64>,
     /// Middle height of every sub-gear pair, mm.
@@ -38,9 +41,13 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
     let axis = sweep::axis_point(gear, design.settings.gear.center_distance_mm);
     let foot = layout::rib_foot(design, gear);
     let mut pairs: Vec<Vec<Vec<Frame>>> = vec![Vec::new(); design.sub_gear_pairs.len()];
+    let mut flares = Vec::new();
     for tooth in sweep::standing(design, gear, sweep::MAX_STATIONS) {
-        pairs[tooth.pair].push(forwards(tooth.frames));
+        let (frames, flare) = forwards(tooth.frames, tooth.flare);
+        pairs[tooth.pair].push(frames);
+        flares.push(flare);
     }
+    let mut own = flares.iter().copied();
     let bands = pairs.iter().map(|teeth| middle_height(teeth)).collect();
     let place = format!("{gear:?} tooth").to_lowercase();
     let (mut beads, mut ribs) = (Vec::new(), Vec::new());
@@ -48,11 +55,18 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Teeth> {
         let thicker = thicker(&design.section_of(pair));
         for frames in teeth {
             beads.push(sweep::tooth(frames, &thicker, &place)?);
-            ribs.push(rib::rib(frames, &thicker, (axis, foot), &place)?);
+            let wall = Wall {
+                section: thicker,
+                axis,
+                foot,
+                flare: own.next().unwrap_or_default(),
+            };
+            ribs.push(wall.mesh(frames, &place)?);
         }
     }
     Ok(Teeth {
         frames: pairs.into_iter().flatten().collect(),
+        flares,
         axis,
         bands,
         foot,
@@ -73,14 +87,16 @@ fn thicker(section: &Section) -> Section {
     }
 }
 
-/// The frames in the order in which n × b points forward, as the OpenSCAD functions want them.
-fn forwards(mut frames: Vec<Frame>) -> Vec<Frame> {
+/// The frames in the order in which n × b points forward, as the OpenSCAD functions want them, and the
+/// flare with its sides as they are then.
+fn forwards(mut frames: Vec<Frame>, mut flare: [f64; 2]) -> (Vec<Frame>, [f64; 2]) {
     let along: f64 = frames.iter().map(|f| f.n.cross(&f.b).dot(&f.t)).sum();
     if along < 0.0 {
         frames.reverse();
         frames.iter_mut().for_each(|f| f.t = -f.t);
+        flare.reverse();
     }
-    frames
+    (frames, flare)
 }
 
 /// Halfway between the lowest and the highest contact of some teeth.
@@ -132,6 +148,13 @@ impl Teeth {
             format!("[{}]", stations.join(","))
         };
         self.frames.iter().map(chosen).collect()
+    }
+
+    /// The flares as an OpenSCAD list.
+    pub fn flare_list(&self) -> String {
+        let pair = |flare: &[f64; 2]| format!("[{}]", flare.map(|f| number(f, 3)).join(","));
+        let pairs: Vec<String> = self.flares.iter().map(pair).collect();
+        format!("[{}]", pairs.join(", "))
     }
 
     /// How many of `most` stations at either end of a tooth have no rib.
@@ -209,6 +232,7 @@ mod tests {
         };
         let teeth = Teeth {
             frames: vec![(0..33).map(frame).collect()],
+            flares: vec![[0.0; 2]],
             axis: Vector3::zeros(),
             bands: Vec::new(),
             foot: 0.0,
@@ -219,7 +243,7 @@ mod tests {
         assert_eq!(text, ["[[0,0,0,0,0,0],[16,0,0,0,0,0],[32,0,0,0,0,0]]"]);
         assert_eq!(
             (Teeth::inset(25), Teeth::inset(17), Teeth::inset(9)),
-            (3, 2, 1)
+            (1, 1, 0)
         );
     }
 

@@ -72,7 +72,7 @@ pub(super) struct Payload {
     pub tooth: Option<ToothName>,
 }
 
-/// What one contact bears before each limit, N.
+/// What one contact bears before each limit, with the safety asked for, N.
 struct Bears {
     pressure: f64,
     patch: f64,
@@ -106,10 +106,11 @@ pub(super) fn largest(
                 let both = teeth.tooth(c.pair, c.tooth);
                 [0, 1].map(|i| materials[i].yield_strength() / both[i].at(c.share).stress)
             });
+            let safe = |force: f64| force / load.safety;
             Bears {
-                pressure: point.map_or(f64::INFINITY, |b| b.by_pressure),
-                patch: point.map_or(f64::INFINITY, |b| b.by_patch),
-                roots: roots.unwrap_or([f64::INFINITY; 2]),
+                pressure: point.map_or(f64::INFINITY, |b| safe(b.by_pressure)),
+                patch: point.map_or(f64::INFINITY, |b| safe(b.by_patch)),
+                roots: roots.map_or([f64::INFINITY; 2], |forces| forces.map(safe)),
             }
         })
         .collect();

@@ -19,6 +19,9 @@ pub struct Load {
     pub gravity: [f64; 3],
     /// Further force and torque on the follower over φ, in Σ; periodic, linear between rows. Default none.
     pub extra: Vec<ExtraLoad>,
+    /// How many times the force that the largest payload brings contacts and roots bear: by pressure, patch and
+    /// root stress. Default 1.5.
+    pub safety: f64,
     /// Largest force one contact may carry, N. Default 50.
     pub force_limit_n: f64,
     /// Coulomb friction coefficient of the flanks. Default 0.2.
@@ -56,6 +59,7 @@ impl Default for Load {
             point_mm: [0.0, 0.0, 60.0],
             gravity: [0.0, 0.0, -1.0],
             extra: Vec::new(),
+            safety: 1.5,
             force_limit_n: 50.0,
             friction: 0.2,
             driver_material: Material::Pla,
@@ -108,6 +112,11 @@ impl Load {
             self.force_limit_n != 0.0,
             "force_limit_n",
             "is 0, must be larger".into(),
+        );
+        demand(
+            (1.0..=10.0).contains(&self.safety),
+            "safety",
+            format!("is {}, allowed 1 to 10", self.safety),
         );
         let within = |most: f64| move |x: &f64| x.abs() <= most;
         demand(

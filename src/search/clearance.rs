@@ -9,7 +9,7 @@ use super::mates::{Bead, Mates};
 use super::swept::{Fins, Run, Sweep, Swept};
 use crate::contact::Grid;
 use crate::design::Gear;
-use crate::envelope::{BallJoint, Envelope};
+use crate::envelope::Envelope;
 use crate::motion::{Drive, Motion, Pose};
 use crate::settings::{FlankRadius, Settings};
 use crate::solid::sweep;
@@ -362,7 +362,7 @@ impl Scene {
                     return Err(Flaw::Hub);
                 }
                 if let Some(joint) = &self.envelope.ball_joint
-                    && near_joint(joint, phase.driver.apply(centre), radius + self.gap)
+                    && joint.is_near(phase.driver.apply(centre), radius + self.gap)
                 {
                     return Err(Flaw::Joint);
                 }
@@ -391,7 +391,7 @@ impl Scene {
         let Some(joint) = &self.envelope.ball_joint else {
             return Ok(());
         };
-        let reach = joint_height(joint) + self.gap + self.radii.bead;
+        let reach = joint.half_height() + self.gap + self.radii.bead;
         let (sin, cos) = self.envelope.reach.tilt.sin_cos();
         let low = |c: &&Vector3<f64>| c.z.abs() * cos < reach + c.xy().norm() * sin;
         let of = |get: fn(&ToothBalls) -> &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
@@ -405,7 +405,7 @@ impl Scene {
         let hit = self.phases.iter().any(|phase| {
             lists.iter().any(|(low, radius)| {
                 low.iter()
-                    .any(|&c| near_joint(joint, phase.follower.apply(c), radius + self.gap))
+                    .any(|&c| joint.is_near(phase.follower.apply(c), radius + self.gap))
             })
         });
         if hit { Err(Flaw::Joint) } else { Ok(()) }
@@ -476,43 +476,4 @@ const MESH_WINDOW: f64 = 1.3;
 
 fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
-}
-
-/// Whether a point (relative to the joint centre) is nearer than `limit` to the socket.
-fn near_joint(joint: &BallJoint, p: Vector3<f64>, limit: f64) -> bool {
-    p.z.abs() - joint_height(joint) < limit && joint_distance(joint, p) < limit
-}
-
-/// Half the height of the socket with all that is on it, mm.
-pub(super) fn joint_height(joint: &BallJoint) -> f64 {
-    let heights = [
-        joint.ring_half_height,
-        joint.arm_half_height,
-        joint.lug_half_height,
-    ];
-    heights.into_iter().fold(0.0, f64::max)
-}
-
-/// Distance of a point (relative to the joint centre) from ring, arm and lugs of the socket, negative
-/// inside, mm.
-pub(super) fn joint_distance(joint: &BallJoint, p: Vector3<f64>) -> f64 {
-    // Of an infinite block whose corner is at 0.
-    let block = |d: [f64; 3]| {
-        let inside = d[0].max(d[1]).max(d[2]);
-        let outside = d.map(|d| d.max(0.0).powi(2)).iter().sum::<f64>();
-        if inside <= 0.0 {
-            inside
-        } else {
-            outside.sqrt()
-        }
-    };
-    let over = |half_height: f64| p.z.abs() - half_height;
-    let (x, y) = (p.x.abs(), p.y.abs());
-    let within = f64::NEG_INFINITY;
-    let ring = p.xy().norm() - joint.ring_radius;
-    let arm = (y - joint.arm_half_width).max(-p.x);
-    let lugs = [x - joint.lug_half_thickness, y - joint.lug_reach];
-    block([ring, within, over(joint.ring_half_height)])
-        .min(block([arm, within, over(joint.arm_half_height)]))
-        .min(block([lugs[0], lugs[1], over(joint.lug_half_height)]))
 }

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::clearance::{Phase, REACH, Scene, joint_distance, joint_height};
+use super::clearance::{Phase, REACH, Scene};
 use super::mates;
 use super::tooth::Tooth;
 use crate::design::Gear;
@@ -344,7 +344,7 @@ impl Scene {
         };
         let radii = self.radii();
         let mut places = Vec::new();
-        let tallest = joint_height(joint) + self.gap() + radii.bead;
+        let tallest = joint.half_height() + self.gap() + radii.bead;
         let (sin, cos) = self.envelope().reach.tilt.sin_cos();
         for gear in [Gear::Driver, Gear::Follower] {
             for (j, body) in bodies[gear as usize].iter().enumerate() {
@@ -380,7 +380,7 @@ impl Scene {
                         };
                         for &(point, share, radius) in &points {
                             let p = pose.apply(point);
-                            let slack = joint_distance(joint, p) - radius - self.gap();
+                            let slack = joint.distance(p) - radius - self.gap();
                             if slack < nearest.map_or(window, |n| n.0) {
                                 nearest = Some((slack, share, p, pose));
                             }
@@ -390,7 +390,7 @@ impl Scene {
                         let way = Vector3::from_fn(|k, _| {
                             let mut d = Vector3::zeros();
                             d[k] = 1e-4;
-                            (joint_distance(joint, p + d) - joint_distance(joint, p - d)) / 2e-4
+                            (joint.distance(p + d) - joint.distance(p - d)) / 2e-4
                         });
                         let way = pose.rotation.transpose() * way;
                         let spot = Spot {

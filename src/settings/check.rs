@@ -1,6 +1,6 @@
 //! Which values make sense, alone and together.
 
-use super::{FLATTEST, FlankRadius, Method, PairCount, Settings, ToothCount};
+use super::{FLATTEST, FlankRadius, MOST_FLARE, Method, PairCount, Settings, ToothCount};
 use crate::Problem;
 use crate::motion::{Class, Cycle};
 
@@ -168,6 +168,7 @@ impl Settings {
             50.0,
         );
         c.range("spokes.thickness_mm", spokes.thickness_mm, 0.1, 20.0);
+        c.range("spokes.flare_mm", spokes.flare_mm, 0.0, MOST_FLARE);
         c.range("support.plate_mm", support.plate_mm, 0.8, 100.0);
         c.range("support.ball_radius_mm", support.ball_radius_mm, 1.0, 200.0);
         c.range("support.neck_radius_mm", support.neck_radius_mm, 0.5, 200.0);

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::expression::Values;
 use super::kernel::{self, Solid};
 use super::recipe::{Body, Recipe};
-use super::{Mesh, layout, primitive, rib, sweep};
+use super::rib::Wall;
+use super::{Mesh, layout, primitive, sweep};
 use crate::design::{Design, Gear};
 use crate::motion::{Drive, Motion, Pose};
 use crate::{Error, Result};
@@ -162,7 +163,13 @@ pub fn teeth(design: &Design, gear: Gear) -> Result<Solid> {
         let place = format!("{gear:?} tooth {number} of sub-gear pair {k}").to_lowercase();
         let section = design.section_of(&design.sub_gear_pairs[tooth.pair]);
         let bead = sweep::tooth(&tooth.frames, &section, &place)?;
-        let wall = rib::rib(&tooth.frames, &section, (axis, foot), &place)?;
+        let wall = Wall {
+            section,
+            axis,
+            foot,
+            flare: tooth.flare,
+        };
+        let wall = wall.mesh(&tooth.frames, &place)?;
         solids.push(Solid::new(&bead, &place)?.union_resolved(&Solid::new(&wall, &place)?));
     }
     Ok(Solid::union_of(&solids))

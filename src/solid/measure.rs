@@ -133,13 +133,13 @@ impl<'a> Sampler<'a> {
         let outline = section::polygon(section, OUTLINE_SEGMENTS);
         let mut points = Vec::new();
         for tooth in sweep::standing(self.design, gear, sweep::MAX_STATIONS) {
-            let frames = tooth.frames;
+            let frames = &tooth.frames;
             for (i, frame) in frames.iter().enumerate() {
                 if i % 3 == 0 || i + 1 == frames.len() {
                     points.extend(outline.iter().map(|&c| frame.place(c)));
                     let [_, inner, across] = rib::line(frame, section, axis, 1.0);
-                    let side = 0.5 * section.rib * across;
-                    points.extend([inner - side, inner + side]);
+                    let [left, right] = tooth.flare.map(|flare| 0.5 * section.rib + flare);
+                    points.extend([inner - right * across, inner + left * across]);
                 }
             }
         }

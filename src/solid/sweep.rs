@@ -58,6 +58,8 @@ pub struct Standing {
     pub number: usize,
     /// Its frames.
     pub frames: Vec<Frame>,
+    /// By how much its rib thickens ([`ToothPair::flare`]).
+    pub flare: [f64; 2],
 }
 
 /// All teeth of `gear`, at `most` stations each: pair by pair in order of contact.
@@ -70,6 +72,7 @@ pub fn standing(design: &Design, gear: Gear, most: usize) -> Vec<Standing> {
                 pair,
                 number,
                 frames,
+                flare: band.teeth[number % band.teeth.len()].flare[gear as usize],
             })
         })
         .collect()

@@ -13,7 +13,7 @@ use super::bead::Bead;
 use super::elastic_body::Grid;
 use super::elements;
 use crate::design::{Gear, Section, ToothPair};
-use crate::solid::rib;
+use crate::solid::rib::{self, Wall};
 use crate::solid::sweep::{self, Frame};
 
 /// Layers along each end that no rib carries, and along the rest, at fineness 1.
@@ -48,6 +48,9 @@ pub struct Tooth {
     hub: Hub,
     /// Shares of the contact interval at which the rib begins and ends.
     rib: (f64, f64),
+    wall: Wall,
+    /// How far from the axis the rib ends, mm.
+    foot: f64,
 }
 
 /// The cross section somewhere.
@@ -71,11 +74,21 @@ impl Tooth {
         let share = |station: Option<&usize>| Some(*station? as f64 / (count - 1) as f64);
         let rib = (share(span.first())?, share(span.last())?);
         let frames = sweep::frames_at(pair, gear, hub.axis, usize::MAX);
+        let wall = Wall {
+            section,
+            axis: hub.axis,
+            foot: hub.foot,
+            flare: pair.flare[gear as usize],
+        };
+        let ribbed = *span.first()?..*span.last()? + 1;
+        let foot = wall.reaches_to(frames.get(ribbed)?);
         (frames.len() >= 4).then_some(Tooth {
             frames,
             section,
             hub,
             rib,
+            wall,
+            foot,
         })
     }
 
@@ -124,12 +137,16 @@ impl Tooth {
         let radius = drum.unwrap_or(hub.foot);
         let radius = radius.min(away - LEAST_HEIGHT * section.rib).max(0.0);
         let foot = middle - (outwards.norm() - radius) * radial;
-        let side = 0.5 * section.rib * across;
+        let share = (outwards.norm() - radius) / (outwards.norm() - self.foot).max(1e-6);
+        let mut halves = self.wall.halves(share.clamp(0.0, 1.0));
+        if frame.t.cross(&radial).dot(&across) < 0.0 {
+            halves.reverse();
+        }
         Some(Plane {
             height: (neck - foot).norm(),
             frame,
             bead,
-            feet: [foot + side, foot - side],
+            feet: [foot + halves[0] * across, foot - halves[1] * across],
             clamped: drum.is_some(),
         })
     }

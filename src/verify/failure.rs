@@ -162,6 +162,7 @@ mod tests {
             phi_end: 0.1,
             control_points: Vec::new(),
             fit_error: 0.0,
+            flare: Default::default(),
             stations: (0..9)
                 .map(|i| station([-12.5, y, z + f64::from(i)]))
                 .collect(),

@@ -53,6 +53,7 @@ pub fn band(motion: &Motion, law: Law) -> SubGearPair {
                 phi_end: end,
                 control_points: Vec::new(),
                 fit_error: 0.0,
+                flare: Default::default(),
                 stations,
             }
         })

@@ -139,6 +139,7 @@ fn tooth(motion: &Motion, settings: &Settings, (z0, travel, side): Band, j: usiz
         phi_end: middle + 0.5 * length,
         control_points: Vec::new(),
         fit_error: 0.0,
+        flare: Default::default(),
         stations,
     }
 }

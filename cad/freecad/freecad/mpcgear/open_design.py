@@ -13,7 +13,7 @@ from .progress import Cancelled
 FORMATS = (1, 2)
 # As in the macro: teeth have at most so many frames, of which the ribs leave some free at both
 # ends, and about every third of the others carries a section.
-MOST_FRAMES, RIB_INSET, FRAME_STEP = 25, 3, 3
+MOST_FRAMES, RIB_INSET, FRAME_STEP = 25, 1, 3
 
 
 class DesignError(Exception):

@@ -45,6 +45,16 @@ def frames(tooth, digit, axis):
     return result
 
 
+def sweep(tooth, digit, axis):
+    """(where the sections of a tooth stand, how much its rib thickens on the side of x × y × outwards and on
+    the other)."""
+    along = frames(tooth, digit, axis)
+    flare = list(tooth.get("flare", ((0, 0), (0, 0)))[int(digit) - 1])
+    if sum(f.n.cross(f.b).dot(f.t) for f in along) < 0:
+        flare.reverse()
+    return [frame.placement() for frame in along], flare
+
+
 def gear_frame(design, gear):
     """(digit of the gear's station fields, point on its axis, where its ribs end)."""
     settings = design["settings"]
@@ -77,20 +87,22 @@ def store(feature, design, gear):
     count = copies(design) if gear == "driver" else 1
     turns = [App.Placement(App.Vector(), App.Rotation(App.Vector(0, 0, 1), -360.0 * i / count), axis)
              for i in range(count)]
-    stand, counts, pairs = [], [], []
+    stand, counts, pairs, flares = [], [], [], []
     for k, pair in enumerate(design["sub_gear_pairs"], 1):
         for turn in turns:
             for tooth in pair["teeth"]:
-                along = [frame.placement() for frame in frames(tooth, digit, axis)]
+                along, flare = sweep(tooth, digit, axis)
                 stand += along if count == 1 else [turn.multiply(placement) for placement in along]
                 counts.append(len(along))
                 pairs.append(k)
+                flares += flare
     for kind, name, value, words in (
         ("App::PropertyPlacementList", "Stations", stand, "Where the sections stand, tooth by tooth"),
         ("App::PropertyIntegerList", "Counts", counts, "Sections of every tooth"),
         ("App::PropertyIntegerList", "Pairs", pairs, "Sub-gear pair of every tooth"),
         ("App::PropertyVector", "Axis", axis, "A point on the gear's axis"),
         ("App::PropertyFloat", "Foot", foot, "How far from the axis the ribs end"),
+        ("App::PropertyFloatList", "Flares", flares, "How much every rib thickens to its foot, on either side"),
         ("App::PropertyFloatList", "Built", [], "Values of ToothParams that the shape was built with"),
     ):
         feature.addProperty(kind, name, "mpcgear", words)
@@ -150,10 +162,12 @@ class GearTeeth:
         self.rib = [v.Point for v in outline(document.getObject("RibSection")).OrderedVertexes]
         self.beads = {}
         self.teeth, start, number = [], 0, {}
-        for count, pair in zip(feature.Counts, feature.Pairs):
+        flares = list(feature.Flares) if "Flares" in feature.PropertiesList else []
+        flares = list(zip(flares[::2], flares[1::2])) or [(0, 0)] * len(feature.Counts)
+        for count, pair, flare in zip(feature.Counts, feature.Pairs, flares):
             number[pair] = number.get(pair, 0) + 1
             along = feature.Stations[start:start + count]
-            self.teeth.append(("%d.%d" % (pair, number[pair]), pair, along))
+            self.teeth.append(("%d.%d" % (pair, number[pair]), pair, along, flare))
             start += count
 
     def bead(self, pair, span):
@@ -164,9 +178,9 @@ class GearTeeth:
 
     def lofts(self, number, span=SPANS[0]):
         """One tooth and its rib, which leaves both ends free: no thin corners there."""
-        _, pair, along = self.teeth[number]
+        _, pair, along, flare = self.teeth[number]
         bead = self.bead(pair, span)
-        return [loft([moved(bead, placement) for placement in along]), loft(self.rib_wires(along[1:-1]))]
+        return [loft([moved(bead, placement) for placement in along]), loft(self.rib_wires(along[1:-1], flare))]
 
     def fin(self, number):
         """One tooth with its rib, as one shape."""
@@ -183,9 +197,9 @@ class GearTeeth:
         raise RuntimeError("%s: tooth %s cannot be joined with its rib"
                            % (self.feature.Label, self.teeth[group[0]][0]))
 
-    def rib_wires(self, along):
+    def rib_wires(self, along, flare):
         """The rib's trapezium at every station: from the bead's middle straight towards the axis, ending
-        `Foot` from it, or nearer where the tooth itself is."""
+        `Foot` from it, or nearer where the tooth itself is, and there thicker by `flare`."""
         lines, axis = [], self.feature.Axis
         for placement in along:
             normal = placement.Rotation.multVec(App.Vector(1, 0, 0))
@@ -197,9 +211,10 @@ class GearTeeth:
             across = tangent.cross(radial).normalize()
             lines.append((outer, across, radial, distance))
         foot = min([self.feature.Foot] + [SHORTEST_RIB * line[3] for line in lines])
+        section = [App.Vector(c.x - c.y * (flare[0] if c.x > 0 else -flare[1]), c.y) for c in self.rib]
         wires = []
         for outer, across, radial, distance in lines:
-            corners = [outer + across * c.x + radial * (c.y * (distance - foot)) for c in self.rib]
+            corners = [outer + across * c.x + radial * (c.y * (distance - foot)) for c in section]
             wires.append(Part.makePolygon(corners + corners[:1]))
         return wires
 
@@ -221,13 +236,13 @@ class GearTeeth:
     def boxes(self):
         """Boxes around the pieces of every tooth between its stations."""
         pieces = []
-        for _, pair, along in self.teeth:
+        for _, pair, along, flare in self.teeth:
             section = self.sections[pair].BoundBox
             corners = [App.Vector(x, y, 0) for x in (section.XMin, section.XMax)
                        for y in (section.YMin, section.YMax)]
             rows = [[placement.multVec(c) for c in corners] for placement in along]
             boxes = [box_around(a + b) for a, b in zip(rows, rows[1:])]
-            ribs = [[v.Point for v in wire.Vertexes] for wire in self.rib_wires(along[1:-1])]
+            ribs = [[v.Point for v in wire.Vertexes] for wire in self.rib_wires(along[1:-1], flare)]
             for a, b in zip(ribs, ribs[1:]):
                 low, high = (a[:2] + b[:2], a[2:] + b[2:])
                 high = high[1::-1] + high[3:1:-1]  # above their neighbours in `low`
